@@ -1,0 +1,1 @@
+"""The only place that wires things together: configuration in, a running table out."""

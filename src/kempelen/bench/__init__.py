@@ -1,0 +1,1 @@
+"""Measurements against bounds and peers: `kempelen bench NAME`."""

@@ -1,0 +1,1 @@
+"""Programs that think: UCI engines, how they are found and how strongly they play."""

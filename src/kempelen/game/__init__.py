@@ -1,0 +1,1 @@
+"""Rules, notation, players, journal and the arbiter that owns the game."""

@@ -1,0 +1,1 @@
+"""Paths over the standing pieces, their timing and the swept test. Pure numpy."""

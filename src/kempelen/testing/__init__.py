@@ -1,0 +1,1 @@
+"""For tests and for authors of drivers: fakes, contract suites, scripted wires."""
