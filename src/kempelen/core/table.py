@@ -2,13 +2,13 @@
 
 Frames (mm, right-handed, z up):
 
-* **robot**: the machine's work coordinates. Its origin is the work origin; z = 0 is the level at which the pads'
-  centres would touch the board when the table is level.
+* **robot**: the machine's work coordinates. Its origin is the work origin; z = 0 is the level at which the
+  pads' centres would touch the board when the table is level.
 * **board**: origin at a1's outer corner on the playing surface, x along rank 1 towards h1, y along the a-file
   towards a8.
 
-A *tool point* is the centre between the two pads. A piece that stands on a place is gripped with the tool point
-above the place's centre, at the piece's grip height above the surface.
+A *tool point* is the centre between the two pads. A piece that stands on a place is gripped with the tool
+point above the place's centre, at the piece's grip height above the surface.
 """
 
 from collections.abc import Mapping
@@ -104,6 +104,7 @@ class WorkSpace(BaseModel):
         velocity: Highest speed of each axis, mm/s.
         acceleration: Of each axis, mm/s².
         junction_deviation: GRBL's $11: how far a corner might be rounded, mm.
+        margin: Of each axis beyond the box to the end of its travel (the reference switch), mm.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -113,6 +114,7 @@ class WorkSpace(BaseModel):
     velocity: tuple[float, float, float] = (300.0, 300.0, 300.0)
     acceleration: tuple[float, float, float] = (1500.0, 1500.0, 1500.0)
     junction_deviation: Annotated[float, Field(gt=0, le=1)] = 0.02
+    margin: Annotated[float, Field(ge=0, le=50)] = 5.0
 
     @model_validator(mode="after")
     def _box(self) -> Self:
@@ -124,6 +126,23 @@ class WorkSpace(BaseModel):
             if speed <= 0 or rate <= 0:
                 raise ValueError(f"work space {axis}: velocity and acceleration must be above 0")
         return self
+
+    @property
+    def travel(self) -> tuple[float, float, float]:
+        """Full travel of each axis (GRBL's $130..$132), mm."""
+        return (
+            self.upper[0] - self.lower[0] + 2 * self.margin,
+            self.upper[1] - self.lower[1] + 2 * self.margin,
+            self.upper[2] - self.lower[2] + 2 * self.margin,
+        )
+
+    @property
+    def robot_from_machine(self) -> tuple[float, float, float]:
+        """What to add to a machine coordinate in [-travel, 0] to get the robot frame, mm.
+
+        The work offset (G54) is this, negated.
+        """
+        return (self.upper[0] + self.margin, self.upper[1] + self.margin, self.upper[2] + self.margin)
 
     def excess(self, point: Array) -> float:
         """How far a point (3,) lies outside of the box, mm; 0 inside."""
@@ -144,16 +163,21 @@ class Table:
     Attributes:
         robot_from_board: Pose of the board.
         square: Side of a square, mm.
-        parks: Tool points (x, y, z) high and clear of the camera's view; y is None where any y will do. The hand
-            goes to the nearest.
+        trays: Beside the board, in the board's frame.
+        pieces: Sizes of the six kinds.
+        gripper: Sizes of the hand.
+        space: What the tool point can reach.
+
+    Raises:
+        FitError: two trays have the same name.
     """
 
     robot_from_board: Transform = field(default_factory=lambda: Transform.about_z(0.0, (150.0, 25.0, 0.0)))
     square: float = 50.0
     trays: tuple[Tray, ...] = DEFAULT_TRAYS
     pieces: PieceSet = PRESETS["club"]
-    gripper: Gripper = Gripper()
-    space: WorkSpace = WorkSpace()
+    gripper: Gripper = field(default_factory=Gripper)
+    space: WorkSpace = field(default_factory=WorkSpace)
 
     def __post_init__(self) -> None:
         names = [tray.name for tray in self.trays]
@@ -201,15 +225,15 @@ class Table:
 
     def grip_point(self, place: Place, kind: chess.PieceType) -> Array:
         """(3,) tool point that grips a piece of ``kind`` standing on ``place``, robot frame, mm."""
-        return self.centre(place) + np.array([0.0, 0.0, self.pieces[kind].grip_height])
+        return _raised(self.centre(place), self.pieces[kind].grip_height)
 
     def release_point(self, place: Place, kind: chess.PieceType) -> Array:
         """(3,) tool point at which a carried piece is let go, robot frame, mm."""
-        return self.grip_point(place, kind) + np.array([0.0, 0.0, self.gripper.release_height])
+        return _raised(self.grip_point(place, kind), self.gripper.release_height)
 
     @cached_property
     def park_xs(self) -> tuple[float, ...]:
-        """x of the lines beside the board on which the bridge is clear of it, robot frame, mm."""
+        """The x of the lines beside the board on which the bridge is clear of it, robot frame, mm."""
         corners = self.robot_from_board @ np.array(
             [[x, y, 0.0] for x in (0.0, 8 * self.square) for y in (0.0, 8 * self.square)]
         )
@@ -224,20 +248,25 @@ class Table:
         return np.array([x, near[1], self.space.upper[2]])
 
 
+def _raised(point: Array, height: float) -> Array:
+    return np.array([point[0], point[1], point[2] + height])
+
+
 def start_layout(table: Table, board: chess.Board) -> Layout:
     """Where everything stands when a game begins from ``board``.
 
-    A set has 32 pieces and a spare queen of each colour; what is not on the board waits in the trays: White's from
-    the first slot of the first tray on, Black's from the last slot of the last tray backwards.
+    A set has 32 pieces and a spare queen of each colour; what is not on the board waits in the trays: White's
+    from the first slot of the first tray on, Black's from the last slot of the last tray backwards.
 
     Raises:
         FitError: the trays have too few slots.
     """
     pieces = {Place.at(square): piece for square, piece in board.piece_map().items()}
     off = {colour: pieces_off_board(board, colour) for colour in chess.COLORS}
-    if sum(map(len, off.values())) > len(table.slots):
+    waiting = sum(map(len, off.values()))
+    if waiting > len(table.slots):
         raise FitError(
-            f"{sum(map(len, off.values()))} pieces stand beside the board, the trays have {len(table.slots)} slots.",
+            f"{waiting} pieces stand beside the board, the trays have {len(table.slots)} slots.",
             hint="Add slots to the trays in the configuration.",
         )
     pieces |= dict(zip(table.slots, off[chess.WHITE], strict=False))
