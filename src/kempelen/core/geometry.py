@@ -39,7 +39,7 @@ class Transform:
         off = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
         if off > _ORTHONORMAL_TOLERANCE or np.linalg.det(rotation) < 0:
             raise CalibrationError(
-                f"A transform's matrix is no rotation: it is off by {off:.2g}, allowed {_ORTHONORMAL_TOLERANCE:.0e}.",
+                f"A transform's matrix is no rotation: off by {off:.2g} > {_ORTHONORMAL_TOLERANCE:.0e}.",
                 hint="Calibrate again.",
             )
         rotation.setflags(write=False)

@@ -97,17 +97,20 @@ def _set(name: str, rows: Mapping[str, tuple[float, float, float, float, float, 
 PRESETS: Mapping[str, PieceSet] = {
     # Staunton No. 6 proportions on 50 mm squares: the twin's set, heights of the carrying benchmark.
     "club": _set("club", {
-        "king": (95, 38, 24, 48, 18, 58), "queen": (85, 36, 24, 44, 17, 52), "rook": (55, 33, 24, 30, 18, 42),
-        "bishop": (70, 33, 21, 36, 16, 40), "knight": (60, 33, 24, 32, 18, 42), "pawn": (45, 29, 18, 24, 13, 28),
+        "king": (95, 38, 24, 48, 18, 58), "queen": (85, 36, 24, 44, 17, 52),
+        "rook": (55, 33, 24, 30, 18, 42), "bishop": (70, 33, 21, 36, 16, 40),
+        "knight": (60, 33, 24, 32, 18, 42), "pawn": (45, 29, 18, 24, 13, 28),
     }),
     # The thesis's own pieces: K100 Q50 B44 R50 N60 P36, gripped at half height.
     "thesis": _set("thesis", {
-        "king": (100, 36, 24, 50, 20, 55), "queen": (50, 34, 24, 25, 18, 40), "rook": (50, 32, 24, 25, 20, 40),
-        "bishop": (44, 32, 20, 22, 16, 34), "knight": (60, 32, 24, 30, 20, 42), "pawn": (36, 28, 18, 18, 14, 24),
+        "king": (100, 36, 24, 50, 20, 55), "queen": (50, 34, 24, 25, 18, 40),
+        "rook": (50, 32, 24, 25, 20, 40), "bishop": (44, 32, 20, 22, 16, 34),
+        "knight": (60, 32, 24, 30, 20, 42), "pawn": (36, 28, 18, 18, 14, 24),
     }),
     # Small magnetic or school sets on 35 mm squares.
     "small": _set("small", {
-        "king": (65, 26, 17, 33, 12, 22), "queen": (57, 25, 17, 29, 12, 20), "rook": (38, 22, 16, 20, 12, 16),
-        "bishop": (48, 22, 14, 25, 11, 16), "knight": (43, 22, 17, 22, 12, 16), "pawn": (33, 20, 13, 17, 9, 11),
+        "king": (65, 26, 17, 33, 12, 22), "queen": (57, 25, 17, 29, 12, 20),
+        "rook": (38, 22, 16, 20, 12, 16), "bishop": (48, 22, 14, 25, 11, 16),
+        "knight": (43, 22, 17, 22, 12, 16), "pawn": (33, 20, 13, 17, 9, 11),
     }),
 }  # fmt: skip

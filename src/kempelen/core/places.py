@@ -1,7 +1,7 @@
 """Places, transfers and what stands where.
 
-A place is a square or a tray slot, and holds at most one piece. Its name is what people, journal and logs use:
-``e4``, ``left7``.
+A place is a square or a tray slot, and holds at most one piece. Its name is what people, journal and logs
+use: ``e4``, ``left7``.
 """
 
 import re
@@ -118,7 +118,7 @@ class Layout(Mapping[Place, chess.Piece]):
         """
         if place in self._pieces:
             raise KempelenError(
-                f"{place} is taken by a {self._pieces[place].symbol()}; {piece.symbol()} cannot stand there too.",
+                f"{place} is taken by {self._pieces[place].symbol()}; {piece.symbol()} cannot stand there.",
                 hint="Check the position on the table against the game.",
             )
         return Layout({**self._pieces, place: piece})
@@ -131,7 +131,8 @@ class Layout(Mapping[Place, chess.Piece]):
         """
         if self._pieces.get(transfer.source) != transfer.piece:
             raise KempelenError(
-                f"{transfer.source} holds {self._pieces.get(transfer.source)}, not the {transfer.piece.symbol()} to carry.",
+                f"{transfer.source} holds {self._pieces.get(transfer.source) or 'nothing'}, "
+                f"not the {transfer.piece.symbol()} to carry.",
                 hint="Check the position on the table against the game.",
             )
         return self.without(transfer.source).having(transfer.target, transfer.piece)

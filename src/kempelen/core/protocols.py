@@ -1,7 +1,7 @@
 """What the rooms of the house ask of each other.
 
-Every device is an async context manager whose constructor does no I/O. Cancelling a motion means: physically at
-rest, then return. ``stop`` and ``hold`` never queue behind a motion.
+Every device is an async context manager whose constructor does no I/O. Cancelling a motion means: physically
+at rest, then return. ``stop`` and ``hold`` never queue behind a motion.
 """
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ from kempelen.core.geometry import Array
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.table import WorkSpace
 
-# --- robot -----------------------------------------------------------------------------------------------------
+# --- robot ------------------------------------------------------------------------------------------------
 
 
 class RobotPhase(StrEnum):
@@ -46,9 +46,10 @@ class RobotState:
     """A snapshot.
 
     Attributes:
-        reported_position: (x, y, z) mm in the robot frame as the controller last reported; None before homing.
-        memory_kept: After connecting: whether the controller had kept running (position and gripper as before) or
-            was reset (both lost).
+        reported_position: (x, y, z) mm in the robot frame as the controller last reported; None before
+            homing.
+        memory_kept: After connecting: whether the controller had kept running (position and gripper as
+            before) or was reset (both lost).
         message: One plain sentence when something is wrong, with what to do.
     """
 
@@ -163,7 +164,7 @@ class Robot(Protocol):
         ...
 
 
-# --- hand ------------------------------------------------------------------------------------------------------
+# --- hand -------------------------------------------------------------------------------------------------
 
 
 class Checkpoint(StrEnum):
@@ -235,7 +236,7 @@ class Hand(Protocol):
         ...
 
 
-# --- minds -----------------------------------------------------------------------------------------------------
+# --- minds ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,7 +300,7 @@ class Engine(Protocol):
         ...
 
 
-# --- senses ----------------------------------------------------------------------------------------------------
+# --- senses -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -330,7 +331,7 @@ class BoardSensor(Protocol):
 
 
 class Person(Protocol):
-    """Who answers when a hand other than the robot's is needed: the operator, or the twin's virtual person."""
+    """Who lends a hand when the robot's is not enough: the operator, or the twin's virtual person."""
 
     async def carry(self, transfers: Sequence[Transfer]) -> None:
         """Make a move by hand; returns when it is made."""
