@@ -170,9 +170,9 @@ class Robot(Protocol):
 class Checkpoint(StrEnum):
     """Instants of a transfer that the journal records before the hand goes on."""
 
-    GRIPPING = "gripping"  # about to approach and close on the piece at its source
-    CARRYING = "carrying"  # closed on the piece; about to carry it to its target
-    RELEASED = "released"  # open, clear of the piece, which stands on its target
+    GRIPPING = "gripping"  # open for certain; about to approach and close on the piece at its source
+    CARRYING = "carrying"  # closed on the piece; about to carry it to its target and open there
+    RELEASED = "released"  # open around the piece, which stands on its target; about to rise clear of it
 
 
 OnCheckpoint = Callable[[Checkpoint], Awaitable[None]]
@@ -209,7 +209,12 @@ class Hand(Protocol):
         ...
 
     async def carry(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> TransferReport:
-        """Carry one piece over the standing ones (``standing`` includes the piece at its source)."""
+        """Carry one piece over the standing ones (``standing`` includes the piece at its source).
+
+        ``checkpoint`` is awaited at each `Checkpoint`, with the robot at rest, before the hand goes on: a
+        piece is let go only after CARRYING and the hand rises from it only after RELEASED was recorded.
+        Returns when the hand is clear of the piece. Cancelled or failed: at rest, the gripper as it was.
+        """
         ...
 
     async def finish_held(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> None:
@@ -331,7 +336,11 @@ class BoardSensor(Protocol):
 
 
 class Person(Protocol):
-    """Who lends a hand when the robot's is not enough: the operator, or the twin's virtual person."""
+    """Who answers when a hand other than the robot's is needed: the operator, or the twin's virtual person.
+
+    Every request may come a second time after a restart, when the first one was cut off: what is already done
+    is then left as it is.
+    """
 
     async def carry(self, transfers: Sequence[Transfer]) -> None:
         """Make a move by hand; returns when it is made."""
@@ -339,6 +348,18 @@ class Person(Protocol):
 
     async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:
         """Bring a piece that the robot does not have and stand it on ``place``."""
+        ...
+
+    async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:
+        """Take a piece that nobody needs away from ``place``, off the table."""
+        ...
+
+    async def put_right(self, request: str) -> None:
+        """Do what the sentence says, where the table differs from the game."""
+        ...
+
+    async def is_holding(self, piece: chess.Piece) -> bool:
+        """Look whether the closed gripper holds ``piece``."""
         ...
 
 
