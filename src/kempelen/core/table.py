@@ -24,6 +24,7 @@ from kempelen.core.errors import FitError
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import PRESETS, PieceSet
 from kempelen.core.places import Layout, Place
+from kempelen.core.surfaces import Surface
 
 
 class Tray(BaseModel):
@@ -79,7 +80,7 @@ class Gripper(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     closing_axis: float = 0.0
-    opening: Annotated[float, Field(gt=5, le=120)] = 32.0
+    opening: Annotated[float, Field(gt=5, le=120)] = 34.0
     finger_thickness: Annotated[float, Field(gt=0.5, le=30)] = 4.0
     finger_width: Annotated[float, Field(gt=2, le=60)] = 14.0
     below_tool: Annotated[float, Field(ge=1, le=60)] = 7.0
@@ -198,6 +199,27 @@ class Table:
         for centre in robot.values():
             centre.setflags(write=False)
         return robot
+
+    @cached_property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """Playing field and trays; a tray's surface reaches half a pitch beyond its outer slots."""
+        side = 8 * self.square
+        board = Surface.in_frame("board", self.robot_from_board, (0.0, 0.0, 0.0), (side, side))
+        trays = (
+            Surface.in_frame(
+                tray.name,
+                self.robot_from_board,
+                (tray.origin[0] - tray.pitch / 2, tray.origin[1] - tray.pitch / 2, tray.height),
+                (tray.columns * tray.pitch, tray.rows * tray.pitch),
+            )
+            for tray in self.trays
+        )
+        return (board, *trays)
+
+    @cached_property
+    def upwards(self) -> Array:
+        """(3,) unit normal of the board, robot frame: a piece's axis."""
+        return self.robot_from_board.rotation[:, 2]
 
     @property
     def places(self) -> tuple[Place, ...]:
