@@ -80,7 +80,7 @@ class Gripper(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     closing_axis: float = 0.0
-    opening: Annotated[float, Field(gt=5, le=120)] = 34.0
+    opening: Annotated[float, Field(gt=5, le=120)] = 32.0
     finger_thickness: Annotated[float, Field(gt=0.5, le=30)] = 4.0
     finger_width: Annotated[float, Field(gt=2, le=60)] = 14.0
     below_tool: Annotated[float, Field(ge=1, le=60)] = 7.0

@@ -1,7 +1,7 @@
 """How one axis gets from rest to rest in the least time: full acceleration, full speed, full braking.
 
-Plain floats throughout: the planner asks thousands of times per second for one number at a time, which is faster
-than arrays.
+Plain floats throughout: the planner asks for one number at a time, thousands of times per second, where arrays
+are slower.
 """
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from typing import Self
 class Profile:
     """A time-optimal motion from rest to rest under a speed and an acceleration limit.
 
-    It is also the fastest way to *pass* any point on the line: at each point the speed is as high as starting at
-    rest, the limit and stopping at the end allow (bang-bang, Pontryagin).
+    It is also the fastest way to *pass* any point on the line: everywhere the speed is as high as a start at rest,
+    the limit and the stop at the end allow (bang-bang, Pontryagin).
 
     Attributes:
         distance: mm, 0 or more.
@@ -52,7 +52,7 @@ class Profile:
         return self.seconds - sqrt(2.0 * (self.distance - distance) / self.acceleration)
 
     def switches(self, start: float, sign: float = 1.0) -> list[tuple[float, float]]:
-        """When the acceleration changes, and to what: ``[(s, mm/s²), ...]``, for a motion beginning at ``start``."""
+        """When the acceleration changes, and to what, ``[(s, mm/s²), ...]``, if it begins at ``start``."""
         if self.distance == 0.0:
             return []
         rate = sign * self.acceleration
