@@ -29,8 +29,8 @@ def format_pgn(score: GameScore, *, comment: str = "") -> str:
     """The game as PGN text: seven tag roster, other tags, moves in SAN, the result.
 
     Args:
-        score: ``headers`` need not be complete; ``Result``, ``SetUp`` and ``FEN`` are set from the score itself,
-            ``PlyCount`` from its moves. Give ``Termination`` among the headers.
+        score: ``headers`` need not be complete; ``Result``, ``SetUp`` and ``FEN`` are set from the score
+            itself, ``PlyCount`` from its moves. Give ``Termination`` among the headers.
         comment: Put before the result, for example the reason of the game's end.
 
     Raises:
@@ -47,8 +47,8 @@ def format_pgn(score: GameScore, *, comment: str = "") -> str:
 def write_pgn(path: str | os.PathLike[str], score: GameScore, *, comment: str = "") -> None:
     """Put the game into a file of its own, replacing what it held.
 
-    At any instant, power cuts included, the file holds the old text or the new one: the text goes to a temporary
-    file beside it, is forced to disk, and takes its name.
+    At any instant, power cuts included, the file holds the old text or the new one: the text goes to a
+    temporary file beside it, is forced to disk, and takes its name.
 
     Raises:
         NotationError: As for `format_pgn`, or the file cannot be written.

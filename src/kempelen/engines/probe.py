@@ -1,0 +1,58 @@
+"""What engines are at hand and whether they work, for ``kempelen doctor``."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import chess
+
+from kempelen.core.errors import KempelenError
+from kempelen.engines.find import EngineProgram, Shelf
+from kempelen.engines.strength import FULL, Level, Means
+from kempelen.engines.uci import Habits, UciEngine
+
+_TRIAL_SECONDS = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class EngineReport:
+    """What was found out about one engine.
+
+    Attributes:
+        name: As it calls itself, or as it was asked for.
+        path: Of the program; empty when there is none.
+        source: Where it was found, in words.
+        options: The options it offers, by name: type and range in words.
+        works: It has named a move.
+        fault: Why it does not work.
+        hint: What to do about it.
+    """
+
+    name: str
+    path: str = ""
+    source: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+    works: bool = False
+    fault: str = ""
+    hint: str = ""
+
+
+async def probe(named: str = "", *, shelf: Shelf | None = None) -> tuple[EngineReport, ...]:
+    """Try the engine that would be used, and a Maia network if there is one; faults are in the reports."""
+    shelf = shelf or Shelf.here()
+    try:
+        reports = [await _try(shelf.find(named), FULL)]
+    except KempelenError as error:
+        reports = [EngineReport(named or "engine", fault=error.message, hint=error.hint)]
+    for elo in shelf.maia_elos[:1]:
+        reports.append(await _try(shelf.maia(elo), Level(Means.MAIA, elo)))
+    return tuple(reports)
+
+
+async def _try(program: EngineProgram, level: Level) -> EngineReport:
+    path, source = program.command[0], str(program.source)
+    try:
+        async with UciEngine(program, level, Habits(seconds=_TRIAL_SECONDS)) as engine:
+            await engine.choose(chess.Board())
+            return EngineReport(engine.name, path, source, engine.options, works=True)
+    except KempelenError as error:
+        return EngineReport(program.name, path, source, fault=error.message, hint=error.hint)

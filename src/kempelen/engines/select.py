@@ -1,0 +1,51 @@
+"""From what the user asks for, an engine and a level, to the engine that does it best."""
+
+from kempelen.core.errors import ConfigError
+from kempelen.engines.find import Shelf
+from kempelen.engines.strength import Level, Means, nearest_maia, parse_level
+from kempelen.engines.uci import Habits, UciEngine
+
+
+def create_engine(
+    engine: str = "", level: str = "full", habits: Habits | None = None, *, shelf: Shelf | None = None
+) -> UciEngine:
+    """The engine for a wish; nothing is started before it is entered.
+
+    Where the user names no engine, levels that a Maia network stands for are played by it, since it errs as
+    people do; all others by the engine at hand.
+
+    Args:
+        engine: A path, a name on PATH, ``maia-1500``, or empty for the best at hand.
+        level: ``1``..``20``, an Elo like ``1500``, ``maia-1500`` or ``full``.
+        habits: Time, memory, options.
+        shelf: Where to look; this machine by default.
+
+    Raises:
+        EngineError: There is no such engine.
+        ConfigError: The level is unknown, or engine and level contradict each other.
+    """
+    shelf = shelf or Shelf.here()
+    wanted = _wanted(engine, level)
+    if wanted.means is Means.MAIA:
+        return UciEngine(shelf.maia(wanted.number), wanted, habits)
+    if not engine and (elo := nearest_maia(wanted, shelf.maia_elos)):
+        return UciEngine(shelf.maia(elo), Level(Means.MAIA, elo), habits)
+    return UciEngine(shelf.find(engine), wanted, habits)
+
+
+def _wanted(engine: str, level: str) -> Level:
+    wanted = parse_level(level)
+    if not engine.lower().startswith("maia"):
+        if engine and wanted.means is Means.MAIA:
+            raise ConfigError(
+                f"The level {level} is played by Maia, not by the engine '{engine}'.",
+                hint="Leave out --engine, or give a level of 1 to 20, an Elo, or full.",
+            )
+        return wanted
+    by_name = parse_level(engine)
+    if wanted not in {by_name, parse_level("full")}:
+        raise ConfigError(
+            f"The engine '{engine}' has a strength of its own and cannot play the level {level}.",
+            hint="Leave out --level.",
+        )
+    return by_name
