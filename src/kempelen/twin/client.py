@@ -1,0 +1,139 @@
+"""The parent's side of a twin: start the process, talk through its side door, end it."""
+
+import asyncio
+import itertools
+import json
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from kempelen.core.errors import TwinError
+from kempelen.twin.spec import TwinSpec
+
+_START_S = 60.0
+_ANSWER_S = 120.0
+_END_S = 30.0
+
+
+class TwinControl:
+    """A connection to a twin's control socket. Async context manager.
+
+    Args:
+        path: Of the socket.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._numbers = itertools.count(1)
+        self._lock = asyncio.Lock()
+
+    async def __aenter__(self) -> Self:
+        """Connect.
+
+        Raises:
+            TwinError: nothing listens there.
+        """
+        try:
+            self._reader, self._writer = await asyncio.open_unix_connection(str(self._path), limit=1 << 22)
+        except OSError as error:
+            raise TwinError(
+                f"No twin answers at {self._path}: {error.strerror}.", hint="Start one with `kempelen twin`."
+            ) from None
+        return self
+
+    async def __aexit__(self, *_exc: object) -> None:
+        """Hang up."""
+        self._writer.close()
+        with suppress(OSError):
+            await self._writer.wait_closed()
+
+    async def ask(self, op: str, **arguments: object) -> Mapping[str, Any]:
+        """One request, one answer.
+
+        Raises:
+            TwinError: the twin refused, died or did not answer.
+        """
+        number = next(self._numbers)
+        request = json.dumps({"id": number, "op": op, **arguments}).encode() + b"\n"
+        try:
+            async with self._lock, asyncio.timeout(_ANSWER_S):
+                self._writer.write(request)
+                await self._writer.drain()
+                line = await self._reader.readline()
+        except (TimeoutError, OSError) as error:
+            raise TwinError(
+                f"The twin gave no answer to '{op}': {error!r}.", hint="Start it again."
+            ) from None
+        if not line:
+            raise TwinError(f"The twin ended before it answered '{op}'.", hint="Start it again.")
+        reply: dict[str, Any] = json.loads(line)
+        if not reply["ok"]:
+            raise TwinError(f"The twin refused '{op}': {reply['error']}.", hint="Check the request.")
+        return reply
+
+
+class TwinProcess:
+    """A twin of our own. Async context manager: starts the process, ends it, keeps its state if the spec says so.
+
+    Args:
+        spec: What to simulate.
+    """
+
+    def __init__(self, spec: TwinSpec) -> None:
+        self._spec = spec
+        self.address = ""
+        self.control = TwinControl(Path(spec.control))
+
+    async def __aenter__(self) -> Self:
+        """Start and wait until the wire is there.
+
+        Raises:
+            TwinError: it did not come up; the message holds the reason.
+        """
+        self._process = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "kempelen.twin",
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, start_new_session=True,
+        )  # fmt: skip
+        try:
+            self.address = await self._greeting()
+            await self.control.__aenter__()
+        except BaseException:
+            await self._end()
+            raise
+        return self
+
+    async def _greeting(self) -> str:
+        stdin, stdout = self._process.stdin, self._process.stdout
+        if stdin is None or stdout is None:
+            raise TwinError("The twin's pipes are missing.", hint="Start it again.")
+        line = b""
+        with suppress(TimeoutError, OSError):
+            async with asyncio.timeout(_START_S):
+                stdin.write(self._spec.model_dump_json().encode() + b"\n")
+                await stdin.drain()
+                line = await stdout.readline()
+        answer = json.loads(line) if line else {"error": "it ended without a word"}
+        if "error" in answer:
+            raise TwinError(f"The twin did not start: {answer['error']}", hint="Run `kempelen doctor`.")
+        return str(answer["address"])
+
+    async def __aexit__(
+        self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None
+    ) -> None:
+        """End it; it finishes what its controller had in its buffer and keeps the table."""
+        await self.control.__aexit__()
+        await self._end()
+
+    async def _end(self) -> None:
+        process = self._process
+        if process.stdin is not None:
+            process.stdin.close()
+        try:
+            async with asyncio.timeout(_END_S):
+                await process.wait()
+        except TimeoutError:
+            process.kill()
+            await process.wait()

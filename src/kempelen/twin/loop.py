@@ -1,0 +1,264 @@
+"""The twin's one loop: bytes in, controller, physics, bytes out.
+
+Time runs at a chosen scale. At a finite scale the loop keeps pace with the wall clock. "As fast as it can" has two rules:
+while the robot works, a step follows the other; while it rests, time passes as on the wall, so that a host that
+thinks is not billed hours. And since at sixty times real time even a prompt host would look like a slow one, the
+loop waits a moment for it when the planner runs low and nothing is on the line (`VirtualGrbl.starving`).
+"""
+
+import select
+import signal
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from kempelen.core.errors import TwinError
+from kempelen.twin.control import ControlServer, Pending, Reply
+from kempelen.twin.faults import apply_fault
+from kempelen.twin.grbl import VirtualGrbl
+from kempelen.twin.keeping import StateLock, load_state, save_state
+from kempelen.twin.machine import DRAWER_BELOW_X, make_controller, make_scene, tool_point
+from kempelen.twin.physics.world import World
+from kempelen.twin.spec import TwinSpec
+from kempelen.twin.wire import make_wire
+
+STEP_S = 0.008  # chosen so that a piecewise-linear set-point errs by a·dt²/8 = 0.012 mm at 1500 mm/s²
+_REST_S = 0.02
+_PATIENCE_S = 0.003  # how long a starving controller waits for its host, wall clock
+_MAX_LAG_S = 0.1
+_WIND_DOWN_S = 120.0
+REACH_MM = 30.0
+
+
+class TwinLoop:
+    """A running twin.
+
+    Args:
+        spec: What to simulate.
+        alive: A descriptor that reaches end-of-file when the parent dies; None to run on.
+    """
+
+    def __init__(self, spec: TwinSpec, *, alive: int | None = None) -> None:
+        self._spec = spec
+        self._alive = alive
+        self._speed = spec.speed
+        self._stop = False
+        self._patient = True
+        self._busy_s = 0.0
+        self._started = time.perf_counter()
+        self._lock = StateLock(Path(spec.state)) if spec.state else None
+        self._controller: VirtualGrbl = make_controller(spec)
+        self._world = World(make_scene(spec), seed=spec.seed, tool=self._tool())
+        self._wire = make_wire(spec.wire, spec.link)
+        if spec.resume:
+            load_state(Path(spec.state), self._controller, self._world)
+            self._wire.keep_dtr()
+        self._control = ControlServer(Path(spec.control), self._handlers())
+
+    @property
+    def address(self) -> str:
+        """Where the driver connects."""
+        return self._wire.address
+
+    # --- the loop ----------------------------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """Until told to stop, by the control socket, a signal or the parent's death."""
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._on_signal)
+        wall = time.perf_counter()
+        while not self._stop:
+            wall = self._rest(wall) if self._quiet() else self._work(wall)
+            self._serve()
+        self._wind_down()
+
+    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
+        self._stop = True
+
+    def _quiet(self) -> bool:
+        return self._controller.idle() and self._world.settled() and not self._control.waiting
+
+    def _rest(self, wall: float) -> float:
+        """Let time pass until somebody says something."""
+        self._wait(_REST_S)
+        now = time.perf_counter()
+        self._controller.advance(min(now - wall, 1.0) * (self._speed or 1.0))
+        self._exchange()
+        return now
+
+    def _work(self, wall: float) -> float:
+        """One step; returns the wall time at which it was due."""
+        if self._speed:
+            due = wall + STEP_S / self._speed
+            self._wait_until(due)
+            wall = max(due, time.perf_counter() - _MAX_LAG_S)
+        else:
+            self._be_patient()
+            wall = time.perf_counter()
+        self._exchange()
+        self._advance(STEP_S)
+        self._wire.write(self._controller.take_output())
+        return wall
+
+    def _advance(self, dt: float) -> None:
+        if not self._controller.idle():
+            self._busy_s += dt
+        self._controller.advance(dt)
+        self._world.step(dt, self._tool(), self._gripper_closed())
+
+    def _be_patient(self) -> None:
+        if not self._controller.starving():
+            self._patient = True
+        elif self._patient:
+            self._patient = self._wait(_PATIENCE_S)
+
+    def _wait_until(self, due: float) -> None:
+        while (left := due - time.perf_counter()) > 0 and not self._stop:
+            if self._wait(left):
+                self._exchange()
+                self._serve()
+
+    def _wait(self, seconds: float) -> bool:
+        """Wait for bytes or requests; True when there are some."""
+        watched = [*self._wire.filenos(), *self._control.filenos()]
+        if self._alive is not None:
+            watched.append(self._alive)
+        ready, _, _ = select.select(watched, [], [], max(seconds, 0.0))
+        if self._alive in ready:
+            self._stop = True
+        return bool(ready)
+
+    def _exchange(self) -> None:
+        """Bytes in, answers out, no time passing."""
+        if self._wire.opened():
+            self._controller.reset_by_dtr()
+        data = self._wire.read()
+        if data:
+            self._patient = True
+            self._controller.receive(data)
+            self._controller.advance(0.0)
+        self._wire.write(self._controller.take_output())
+
+    def _serve(self) -> None:
+        self._control.serve()
+        if self._controller.faults.take_link_drop():
+            self._wire.drop()
+
+    def _tool(self) -> tuple[float, float, float]:
+        return tool_point(self._spec.space, self._controller)
+
+    def _gripper_closed(self) -> bool:
+        return not self._controller.flood_on
+
+    # --- the side door -----------------------------------------------------------------------------------------
+
+    def _handlers(self) -> dict[str, Any]:
+        return {
+            "truth": self._truth,
+            "stats": self._stats,
+            "settle": self._settle,
+            "carry": self._carry,
+            "supply": self._supply,
+            "remove": self._remove,
+            "fault": self._fault,
+            "speed": self._set_speed,
+            "stop": self._on_stop,
+        }
+
+    def _truth(self, _request: Mapping[str, Any]) -> Reply:
+        pieces = [
+            {
+                "id": p.piece_id,
+                "kind": p.kind,
+                "white": p.white,
+                "x": p.x,
+                "y": p.y,
+                "z": p.z,
+                "tilt": p.tilt_rad,
+            }
+            for p in self._world.pieces()
+        ]
+        return {
+            "pieces": pieces,
+            "tool": list(self._world.tool_mm),
+            "closed": self._gripper_closed(),
+            **self._times(),
+        }
+
+    def _times(self) -> Reply:
+        return {
+            "time_s": self._controller.time_s,
+            "busy_s": self._busy_s,
+            "wall_s": time.perf_counter() - self._started,
+        }
+
+    def _stats(self, _request: Mapping[str, Any]) -> Reply:
+        return self._times()
+
+    def _settle(self, request: Mapping[str, Any]) -> Pending:
+        return Pending(
+            lambda: self._truth(request) if self._world.settled() and self._controller.idle() else None
+        )
+
+    def _carry(self, request: Mapping[str, Any]) -> Pending:
+        """The virtual person takes the piece nearest to ``from`` to ``to``."""
+        x, y = map(float, request["from"])
+        piece = self._world.nearest(x, y)
+        if piece.distance(x, y) > REACH_MM:
+            raise TwinError(f"No piece stands at ({x:.0f}, {y:.0f}) mm.", hint="Look at the table.")
+        return self._errand(piece.piece_id, request)
+
+    def _supply(self, request: Mapping[str, Any]) -> Pending:
+        """The virtual person brings a piece out of the drawer."""
+        wanted = (str(request["kind"]), bool(request["white"]))
+        for piece in self._world.pieces():
+            if (piece.kind, piece.white) == wanted and piece.x < DRAWER_BELOW_X:
+                return self._errand(piece.piece_id, request)
+        raise TwinError(
+            f"The drawer has no {'white' if wanted[1] else 'black'} {wanted[0]} left.",
+            hint="Play on with another kind.",
+        )
+
+    def _errand(self, piece_id: str, request: Mapping[str, Any]) -> Pending:
+        x, y = map(float, request["to"])
+        self._world.ask_person(piece_id, (x, y))
+        return Pending(lambda: {} if self._world.settled() else None)
+
+    def _remove(self, request: Mapping[str, Any]) -> Reply:
+        """The virtual person puts a piece into the drawer."""
+        x, y = map(float, request["from"])
+        self._world.remove(self._world.nearest(x, y).piece_id)
+        return {}
+
+    def _fault(self, request: Mapping[str, Any]) -> Reply:
+        apply_fault(self._controller, self._world, request)
+        return {}
+
+    def _set_speed(self, request: Mapping[str, Any]) -> Reply:
+        speed = float(request["speed"])
+        if not 0 <= speed <= 1000:  # noqa: PLR2004 - the spec's own range
+            raise TwinError(
+                f"Speed {speed} is out of range.", hint="Give 1 to 1000, or 0 for as fast as it can."
+            )
+        self._speed = speed
+        return {}
+
+    def _on_stop(self, _request: Mapping[str, Any]) -> Reply:
+        self._stop = True
+        return {}
+
+    # --- the end -----------------------------------------------------------------------------------------------
+
+    def _wind_down(self) -> None:
+        """What is in the controller's buffer is still driven, as on a real machine; then the table is kept."""
+        end = self._controller.time_s + _WIND_DOWN_S
+        while not (self._controller.idle() and self._world.settled()) and self._controller.time_s < end:
+            self._advance(STEP_S)
+        if self._spec.state:
+            save_state(Path(self._spec.state), self._controller, self._world)
+        self._control.close()
+        self._wire.close()
+        if self._lock is not None:
+            self._lock.release()
