@@ -66,8 +66,8 @@ class Gripper(BaseModel):
 
     Attributes:
         closing_axis: Angle of the direction in which the fingers close, from the robot's x axis, rad.
-        opening: Free distance between the pads when open.
-        finger_thickness: Of one finger, along the closing axis.
+        opening: Diameter of the round passage between the open pads.
+        finger_thickness: From that passage to the outside of a finger, along the closing axis.
         finger_width: Of a finger, across the closing axis.
         below_tool: How far the fingers reach below the tool point.
         finger_length: From the tool point up to the palm.
@@ -80,9 +80,9 @@ class Gripper(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     closing_axis: float = 0.0
-    opening: Annotated[float, Field(gt=5, le=120)] = 32.0
-    finger_thickness: Annotated[float, Field(gt=0.5, le=30)] = 4.0
-    finger_width: Annotated[float, Field(gt=2, le=60)] = 14.0
+    opening: Annotated[float, Field(gt=5, le=120)] = 31.0
+    finger_thickness: Annotated[float, Field(gt=0.5, le=30)] = 8.4
+    finger_width: Annotated[float, Field(gt=2, le=60)] = 20.0
     below_tool: Annotated[float, Field(ge=1, le=60)] = 7.0
     finger_length: Annotated[float, Field(ge=20, le=300)] = 95.0
     palm_radius: Annotated[float, Field(gt=5, le=200)] = 35.0

@@ -1,0 +1,157 @@
+"""MuJoCo bodies of what stands still and of the pieces.
+
+Contacts are made of the cheapest exact pairs (sphere-box, capsule-box). A piece stands on a ring of small
+feet, is gripped by its stem and may lie on stem and head; its base meets other pieces and the fingers only.
+"""
+
+import math
+from enum import IntFlag
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kempelen.core.geometry import Array, Transform
+from kempelen.core.pieces import PieceShape
+from kempelen.twin.physics.scene import TRAY_THICKNESS, Scene, StandingPiece
+from kempelen.twin.physics.units import KILOGRAMS, METRES
+
+FEET = 8
+FOOT_RADIUS = 1.5
+FELT_FRICTION = 0.3
+"""Of a felt or polished base on wood: below base radius over grip height, so that a pushed piece slides."""
+CENTRE_OF_MASS = 0.3
+"""Height of the centre of mass over the piece's height: sets worth playing with are weighted."""
+BOARD_FRAME = 12.0
+Colour = tuple[float, float, float, float]
+WHITE, BLACK = (0.93, 0.86, 0.72, 1.0), (0.22, 0.15, 0.12, 1.0)
+LIGHT, DARK = (0.87, 0.74, 0.55, 1.0), (0.50, 0.32, 0.20, 1.0)
+
+
+class Touch(IntFlag):
+    """Collision groups: two geoms meet when one's group is among the other's partners."""
+
+    NOTHING = 0
+    SURFACE = 1
+    PIECE = 2
+    GRIPPER = 4
+
+
+def quaternion(transform: Transform) -> Array:
+    """(4,) w x y z of a transform's rotation."""
+    out = np.zeros(4)
+    mujoco.mju_mat2Quat(out, transform.rotation.flatten())
+    return out
+
+
+def add_surfaces(spec: Any, scene: Scene) -> None:
+    """Table top, board with its squares, trays."""
+    table = scene.table
+    board = spec.worldbody.add_body(
+        name="board", pos=table.robot_from_board.translation * METRES, quat=quaternion(table.robot_from_board)
+    )
+    side = 8 * table.square
+    frame = np.array([side / 2 + BOARD_FRAME, side / 2 + BOARD_FRAME, scene.board_thickness / 2])
+    _add_slab(board, "board", np.array([side / 2, side / 2, 0.0]), frame, DARK)
+    for tray in table.trays:
+        first, last = tray.centre(1), tray.centre(tray.rows * tray.columns)
+        half = np.array([*((last - first)[:2] + tray.pitch) / 2, TRAY_THICKNESS / 2])
+        _add_slab(board, tray.name, (first + last) / 2, half, LIGHT)
+    _add_squares(board, table.square)
+    spec.worldbody.add_geom(
+        name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(2.0, 2.0, 0.1), rgba=(0.35, 0.38, 0.36, 1.0),
+        pos=(0.0, 0.0, scene.table_top * METRES), contype=Touch.SURFACE, conaffinity=0,
+        friction=_friction(FELT_FRICTION),
+    )  # fmt: skip
+
+
+def _add_slab(body: Any, name: str, top: Array, half: Array, rgba: Colour) -> None:
+    """A box by its top's middle and its half sizes, mm."""
+    body.add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_BOX, rgba=rgba, pos=(top - [0.0, 0.0, half[2]]) * METRES,
+        size=half * METRES, contype=Touch.SURFACE, conaffinity=0, friction=_friction(FELT_FRICTION),
+    )  # fmt: skip
+
+
+def _add_squares(body: Any, square: float) -> None:
+    """Paint only: thin light plates that nothing touches."""
+    for index in range(64):
+        rank, file = divmod(index, 8)
+        if (rank + file) % 2:
+            body.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_BOX, rgba=LIGHT, contype=0, conaffinity=0, group=1,
+                pos=np.array([(file + 0.5) * square, (rank + 0.5) * square, 0.0]) * METRES,
+                size=np.array([square / 2, square / 2, 0.05]) * METRES,
+            )  # fmt: skip
+
+
+def _friction(sliding: float) -> tuple[float, float, float]:
+    return (sliding, 0.005, 0.0001)
+
+
+def add_piece(spec: Any, piece: StandingPiece, shape: PieceShape, up: Transform) -> None:
+    """A free body whose origin is the base's centre and whose z axis is its own.
+
+    Args:
+        spec: MjSpec to add to.
+        piece: Where it stands.
+        shape: Its measures.
+        up: Rotation of the surface that it stands on.
+    """
+    pose = up @ Transform.about_z(piece.turn)
+    body = spec.worldbody.add_body(
+        name=piece.piece_id, pos=np.array([piece.x, piece.y, piece.z]) * METRES, quat=quaternion(pose)
+    )
+    body.add_freejoint(name=piece.piece_id)
+    _add_inertia(body, shape)
+    rgba = WHITE if piece.white else BLACK
+    _add_feet(body, shape, rgba)
+    _add_column(body, shape, rgba)
+
+
+def _add_inertia(body: Any, shape: PieceShape) -> None:
+    mass = shape.mass * KILOGRAMS
+    base, height = shape.base_diameter / 2 * METRES, shape.height * METRES
+    across = mass * (base**2 / 4 + (0.7 * height) ** 2 / 12)
+    body.explicitinertial = True
+    body.mass = mass
+    body.ipos = (0.0, 0.0, CENTRE_OF_MASS * height)
+    body.inertia = (across, across, mass * base**2 * 0.35)
+
+
+def _add_feet(body: Any, shape: PieceShape, rgba: Colour) -> None:
+    ring = shape.base_diameter / 2 - FOOT_RADIUS
+    for i in range(FEET):
+        angle = math.tau * i / FEET
+        body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(FOOT_RADIUS * METRES, 0, 0), rgba=rgba,
+            pos=np.array([ring * math.cos(angle), ring * math.sin(angle), FOOT_RADIUS]) * METRES,
+            contype=0, conaffinity=Touch.SURFACE, friction=_friction(FELT_FRICTION), condim=3,
+        )  # fmt: skip
+
+
+def _add_column(body: Any, shape: PieceShape, rgba: Colour) -> None:
+    """Base disc, stem and head."""
+    head, stem = shape.head_diameter / 2, shape.grip_diameter / 2
+    disc = base_height(shape)
+    common = {"rgba": rgba, "contype": int(Touch.PIECE), "friction": _friction(FELT_FRICTION), "condim": 3}
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=(0, 0, (disc + 0.5) / 2 * METRES),
+        size=(shape.base_diameter / 2 * METRES, (disc - 0.5) / 2 * METRES, 0),
+        conaffinity=Touch.PIECE | Touch.GRIPPER, **common,
+    )  # fmt: skip
+    solid = Touch.SURFACE | Touch.PIECE | Touch.GRIPPER
+    low, high = stem + 0.5, shape.height - max(head, stem)
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=(stem * METRES, 0, 0), conaffinity=solid,
+        fromto=np.array([0, 0, low, 0, 0, max(high, low + 1)]) * METRES, **common,
+    )  # fmt: skip
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(head * METRES, 0, 0), conaffinity=solid,
+        pos=(0, 0, (shape.height - head) * METRES), **common,
+    )  # fmt: skip
+
+
+def base_height(shape: PieceShape) -> float:
+    """Thickness of the foot disc, mm."""
+    return min(8.0, 0.15 * shape.height)

@@ -1,0 +1,170 @@
+"""MuJoCo's model and data of a scene, in millimetres."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kempelen.core.errors import TwinError
+from kempelen.core.geometry import Array
+from kempelen.twin.physics.gantry import CLOSE_SPEED, FINGERS, OPEN_SPEED, Jaw
+from kempelen.twin.physics.model import build_model
+from kempelen.twin.physics.scene import Scene, StandingPiece
+from kempelen.twin.physics.state import Sleep, read_state, wake, write_state
+from kempelen.twin.physics.units import METRES
+
+STILL_SPEED = 1e-3
+"""Below this speed (m/s, rad/s) nothing moves."""
+SETTLING_STEPS = 2000
+
+
+class Simulation:
+    """Bodies and the machine. Pieces go by their number in the scene.
+
+    Args:
+        scene: What there is.
+        tool: (x, y, z) of the tool point at first, robot frame, mm.
+    """
+
+    def __init__(self, scene: Scene, tool: tuple[float, float, float]) -> None:
+        self._load(scene)
+        self.tool = np.asarray(tool)
+        self._fingers[:] = Jaw.of(scene.table.gripper).stroke * METRES
+        self._settle()
+
+    def _load(self, scene: Scene) -> None:
+        """Compile the scene and take views of MuJoCo's arrays, once."""
+        self.scene = scene
+        self.model: Any = build_model(scene)
+        self.data: Any = mujoco.MjData(self.model)
+        model, data, n = self.model, self.data, len(scene.pieces)
+        self._bodies, self._body_speeds = data.qpos[: 7 * n].reshape(n, 7), data.qvel[: 6 * n].reshape(n, 6)
+        self._slides, self._fingers = data.qpos[7 * n : 7 * n + 3], data.qpos[7 * n + 3 :]
+        self._slide_speeds, self._finger_speeds = data.qvel[6 * n : 6 * n + 3], data.qvel[6 * n + 3 :]
+        self._piece_of = {int(model.body(piece.piece_id).id): i for i, piece in enumerate(scene.pieces)}
+        self._body_of = {i: body for body, i in self._piece_of.items()}
+        self._finger_bodies = {int(model.body(name).id) for name in FINGERS}
+
+    def _settle(self) -> None:
+        """Let the pieces come to rest before the clock starts."""
+        for _ in range(SETTLING_STEPS):
+            mujoco.mj_step(self.model, self.data)
+            if self.pieces_asleep:
+                break
+        else:
+            raise TwinError(
+                "The pieces do not come to rest within 4 s of simulated time.",
+                hint="Check that no two stand in the same place.",
+            )
+        self.data.time = 0.0
+
+    # --- the machine ----------------------------------------------------------------------------------------
+
+    @property
+    def tool(self) -> Array:
+        """(3,) mm, where the tool point really is; assign to put it somewhere at once."""
+        return np.asarray(self._slides / METRES)
+
+    @tool.setter
+    def tool(self, where: Array) -> None:
+        self._slides[:] = where * METRES
+
+    @property
+    def fingers_at_rest(self) -> bool:
+        """Whether the fingers stand still."""
+        return bool(np.abs(self._finger_speeds).max() < STILL_SPEED)
+
+    def glide(self, dt: float, way: Array) -> None:
+        """Move the machine by ``way`` (3,) mm where nothing can be touched; nothing else moves."""
+        self._slides += way * METRES
+        self._slide_speeds[:] = way * (METRES / dt)
+        self.data.time += dt
+
+    def integrate(self, dt: float, way: Array, *, closed: bool, longest: float) -> None:
+        """Let everything move for ``dt`` s, the machine by ``way`` mm, in steps of at most ``longest`` s."""
+        steps = max(1, math.ceil(dt / longest - 1e-9))
+        self.model.opt.timestep = dt / steps
+        self._slide_speeds[:] = way * (METRES / dt)
+        self.data.ctrl[:] = CLOSE_SPEED if closed else -OPEN_SPEED
+        mujoco.mj_step(self.model, self.data, nstep=steps)
+
+    # --- the pieces -----------------------------------------------------------------------------------------
+
+    @property
+    def pieces_asleep(self) -> bool:
+        """Whether no piece moves nor is held."""
+        return bool(self.data.ntree_awake <= 1)
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing at all moves, though it may be held."""
+        return bool(np.abs(self.data.qvel).max(initial=0.0) < STILL_SPEED)
+
+    @property
+    def positions(self) -> Array:
+        """(n, 3) mm of the bases' centres."""
+        return np.asarray(self._bodies[:, :3] / METRES)
+
+    @property
+    def axes(self) -> Array:
+        """(n, 3) unit vectors from base to head."""
+        w, x, y, z = self._bodies[:, 3:].T
+        return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+
+    def attitude(self, piece: int) -> Array:
+        """(4,) w x y z of robot_from_piece."""
+        return np.array(self._bodies[piece, 3:])
+
+    def put(self, piece: int, where: Array, attitude: Array, speed: Array | None = None) -> None:
+        """Write a pose (mm) and a speed (mm/s, none by default), and wake the piece."""
+        self._bodies[piece, :3] = where * METRES
+        self._bodies[piece, 3:] = attitude
+        self._body_speeds[piece] = 0.0
+        if speed is not None:
+            self._body_speeds[piece, :3] = speed * METRES
+        wake(self.model, self.data, piece)
+
+    def bear(self, piece: int, share: float) -> None:
+        """Carry a share (0 to 1) of a piece's weight from outside."""
+        body = self._body_of[piece]
+        self.data.xfrc_applied[body, 2] = share * -self.model.opt.gravity[2] * self.model.body_mass[body]
+
+    def held(self) -> int | None:
+        """The piece that both fingers touch, if any."""
+        if self.pieces_asleep:
+            return None
+        touching: dict[int, set[int]] = {}
+        for pair in self.data.contact.geom:
+            low, high = sorted(int(self.model.geom_bodyid[geom]) for geom in pair)
+            if high in self._finger_bodies:
+                touching.setdefault(low, set()).add(high)
+        held = [body for body, fingers in touching.items() if len(fingers) == len(self._finger_bodies)]
+        return self._piece_of[held[0]] if held else None
+
+    # --- state ----------------------------------------------------------------------------------------------
+
+    def state(self) -> tuple[Array, Sleep]:
+        """All numbers, and who sleeps."""
+        return read_state(self.model, self.data)
+
+    def restore(self, pieces: tuple[StandingPiece, ...], numbers: Array, asleep: Sleep) -> None:
+        """Go on from `state` of a simulation of these pieces."""
+        if pieces != self.scene.pieces:
+            self._load(replace(self.scene, pieces=pieces))
+        write_state(self.model, self.data, numbers, asleep)
+
+    def add(self, piece: StandingPiece) -> int:
+        """Bring a further piece into being; everything else stays as it is. Returns its number."""
+        before, (n, time) = self.data, (len(self.scene.pieces), self.data.time)
+        bodies, speeds = self._bodies.copy(), self._body_speeds.copy()
+        self._load(self.scene.with_pieces([piece]))
+        self._bodies[:n], self._body_speeds[:n] = bodies, speeds
+        self._slides[:], self._fingers[:] = before.qpos[7 * n : 7 * n + 3], before.qpos[7 * n + 3 :]
+        self._finger_speeds[:] = before.qvel[6 * n + 3 :]
+        self.data.time = time
+        numbers, asleep = self.state()
+        asleep[:n] = before.tree_asleep[:n]
+        write_state(self.model, self.data, numbers, asleep)
+        return n

@@ -1,0 +1,279 @@
+"""The simulated world: decides when physics has a say, and keeps the books."""
+
+import base64
+import json
+import math
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from kempelen.core.errors import TwinError
+from kempelen.core.geometry import Array, Transform
+from kempelen.twin.physics.bodies import quaternion
+from kempelen.twin.physics.clearance import Clearance
+from kempelen.twin.physics.gantry import Jaw
+from kempelen.twin.physics.person import DRAWER, DRAWER_PITCH, Person
+from kempelen.twin.physics.scene import Scene, StandingPiece
+from kempelen.twin.physics.simulation import Simulation
+from kempelen.twin.physics.truth import PieceTruth
+
+TIME_STEP = 0.002
+CARRY_FACTOR = 2
+"""While a piece is just carried, steps may be longer by this."""
+SPEED_LIMIT = 5000.0
+"""No machine moves faster than this, mm/s: a jump is an error of the caller's."""
+STANDSTILL = 1e-3
+"""A machine that is asked to go less than this (mm) in a step stands."""
+STILL_SECONDS = 0.3
+"""After this long a motionless world is at rest until something is asked of it."""
+TOUCH_DOWN = 0.1
+"""A piece put down at once starts this far above the surface, mm."""
+TIPPING = 1.1
+"""Past the balance of any piece, rad."""
+SNAPSHOT_VERSION = 1
+
+
+class World:
+    """Table, pieces, gantry, gripper and a person's hand.
+
+    Args:
+        scene: What there is.
+        seed: Of the person's clumsiness.
+        time_step: Longest step of the physics while something may be touched, s.
+        tool: Where the machine stands at first, robot frame, mm; default the work space's corner, up.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        seed: int = 0,
+        time_step: float = TIME_STEP,
+        tool: tuple[float, float, float] | None = None,
+    ) -> None:
+        space = scene.table.space
+        self._time_step = time_step
+        self._simulation = Simulation(scene, tool or (space.lower[0], space.lower[1], space.upper[2]))
+        self.person = Person(self._simulation, seed=seed)
+        self._closed, self._fingers_rest = True, False
+        self._still = self._roam = 0.0
+        self._noted = False
+        self._clearance = _clearance(scene)
+
+    @property
+    def scene(self) -> Scene:
+        """What there is, pieces brought later included."""
+        return self._simulation.scene
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the start."""
+        return float(self._simulation.data.time)
+
+    @property
+    def tool_mm(self) -> tuple[float, float, float]:
+        """The tool point (centre between the pads) as it really is, robot frame, mm."""
+        x, y, z = self._simulation.tool.tolist()
+        return x, y, z
+
+    def place_tool(self, where: tuple[float, float, float]) -> None:
+        """Put the machine somewhere at once, robot frame, mm."""
+        self._simulation.tool = np.asarray(where, dtype=np.float64)
+        self._forget()
+
+    def step(self, dt: float, target_mm: tuple[float, float, float], gripper_closed: bool) -> None:  # noqa: FBT001
+        """Drive the tool point in a straight line to ``target_mm`` within ``dt`` seconds.
+
+        Args:
+            dt: Typically 0.008 s.
+            target_mm: Robot frame, mm.
+            gripper_closed: Whether the gripper is without power, so that its spring closes it.
+
+        Raises:
+            TwinError: the target is farther than any machine moves in ``dt``, or not a number.
+        """
+        way = np.asarray(target_mm, dtype=np.float64) - self._simulation.tool
+        length = float(np.abs(way).max())
+        if not length <= SPEED_LIMIT * dt:
+            raise TwinError(
+                f"The tool cannot go from {self.tool_mm} to {target_mm} mm within {dt} s; "
+                f"the limit is {SPEED_LIMIT:.0f} mm/s.",
+                hint="Cut the motion into smaller steps.",
+            )
+        if gripper_closed != self._closed:
+            self._closed, self._fingers_rest = gripper_closed, False
+            self._forget()
+        if self.person.busy:
+            self.person.advance(dt)
+            self._forget()
+        if length > STANDSTILL:
+            self._still = 0.0
+        self._let_pass(dt, way, length)
+
+    def _let_pass(self, dt: float, way: Array, length: float) -> None:
+        if self._still >= STILL_SECONDS:
+            self._simulation.data.time += dt
+        elif self._fingers_rest and self._simulation.pieces_asleep and self._clear(length * math.sqrt(3)):
+            self._simulation.glide(dt, way)
+        else:
+            self._integrate(dt, way)
+
+    def _clear(self, length: float) -> bool:
+        """Whether the hand can go ``length`` mm without a touch; uses up the slack."""
+        if self._roam < length:
+            if not self._noted:
+                self._look_around()
+            self._roam = self._clearance.slack(self._simulation.tool, opened=not self._closed)
+        clear = self._roam >= length
+        self._roam = self._roam - length if clear else 0.0
+        return clear
+
+    def _look_around(self) -> None:
+        scene, simulation = self.scene, self._simulation
+        if len(self._clearance) != len(scene.pieces):
+            self._clearance = _clearance(scene)
+        self._clearance.update(simulation.positions, simulation.axes)
+        self._noted = True
+
+    def _forget(self) -> None:
+        """What was known of the pieces' rest no longer holds."""
+        self._still = self._roam = 0.0
+        self._noted = False
+
+    def _integrate(self, dt: float, way: Array) -> None:
+        simulation, asleep = self._simulation, self._simulation.pieces_asleep
+        carrying = self._closed and self._fingers_rest and not self.person.busy
+        longest = self._time_step * (CARRY_FACTOR if carrying else 1)
+        simulation.integrate(dt, way, closed=self._closed, longest=longest)
+        self._noted = self._noted and asleep and simulation.pieces_asleep
+        self._roam = 0.0
+        self._fingers_rest = simulation.fingers_at_rest
+        self._still = self._still + dt if simulation.still else 0.0
+
+    # --- truth ----------------------------------------------------------------------------------------------
+
+    def pieces(self) -> list[PieceTruth]:
+        """Where every piece really is, in the scene's order."""
+        return [self._truth(i) for i in range(len(self.scene.pieces))]
+
+    def piece(self, piece_id: str) -> PieceTruth:
+        """Where one piece really is.
+
+        Raises:
+            TwinError: there is no such piece.
+        """
+        return self._truth(self._number(piece_id))
+
+    def nearest(self, x: float, y: float) -> PieceTruth:
+        """The piece whose base is nearest to a point, mm."""
+        return min(self.pieces(), key=lambda piece: piece.distance(x, y))
+
+    def held(self) -> str | None:
+        """The piece that both fingers touch, if any."""
+        number = self._simulation.held()
+        return None if number is None else self.scene.pieces[number].piece_id
+
+    def settled(self) -> bool:
+        """Whether nothing moves: no piece, no finger, no person; a piece held still counts as settled."""
+        if self.person.busy:
+            return False
+        return self._still >= STILL_SECONDS or (self._simulation.pieces_asleep and self._fingers_rest)
+
+    def _truth(self, number: int) -> PieceTruth:
+        known, simulation = self.scene.pieces[number], self._simulation
+        x, y, z = simulation.positions[number].tolist()
+        w, i, j, k = simulation.attitude(number).tolist()
+        cosine = float(simulation.axes[number] @ self.scene.table.upwards)
+        tilt = math.acos(min(1.0, max(-1.0, cosine)))
+        return PieceTruth(known.piece_id, known.kind, known.white, x, y, z, tilt, (w, i, j, k))
+
+    def _number(self, piece_id: str) -> int:
+        for number, piece in enumerate(self.scene.pieces):
+            if piece.piece_id == piece_id:
+                return number
+        names = ", ".join(piece.piece_id for piece in self.scene.pieces)
+        raise TwinError(f"The table has no piece '{piece_id}'.", hint=f"It has {names}.")
+
+    # --- faults ---------------------------------------------------------------------------------------------
+
+    def place(self, piece_id: str, x: float, y: float, *, tilt: float = 0.0, turn: float = 0.0) -> None:
+        """Put a piece somewhere at once, as no hand could: for tests and faults.
+
+        Args:
+            piece_id: Which.
+            x: Of its base's centre, robot frame, mm.
+            y: Of its base's centre, robot frame, mm.
+            tilt: Leaning over the edge of its base to its own +x side by this angle, rad.
+            turn: About the vertical, rad.
+        """
+        number = self._number(piece_id)
+        base = self.scene.shape(self.scene.pieces[number]).base_diameter / 2
+        pose = Transform.about_z(turn) @ Transform(_lean(tilt), np.zeros(3))
+        z = self.scene.surface(x, y) + base * abs(math.sin(tilt)) + TOUCH_DOWN
+        self._simulation.put(number, np.array([x, y, z]), quaternion(pose))
+        self._forget()
+
+    def remove(self, piece_id: str) -> None:
+        """Take a piece off the table, at once, to where neither robot nor camera looks."""
+        row, column = divmod(self._number(piece_id), 8)
+        self.place(piece_id, DRAWER[0] + (row + 1) * DRAWER_PITCH, DRAWER[1] - column * DRAWER_PITCH)
+
+    def knock_over(self, piece_id: str, *, turn: float = 0.0) -> None:
+        """Tip a piece past its balance towards ``turn`` (rad from the robot's x); gravity does the rest."""
+        truth = self.piece(piece_id)
+        self.place(piece_id, truth.x, truth.y, tilt=TIPPING, turn=turn)
+
+    # --- state ----------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> bytes:
+        """Everything needed to go on exactly from here, as JSON."""
+        numbers, asleep = self._simulation.state()
+        state = {
+            "version": SNAPSHOT_VERSION,
+            "pieces": [asdict(piece) for piece in self.scene.pieces],
+            "numbers": base64.b64encode(numbers.astype("<f8").tobytes()).decode(),
+            "asleep": asleep.tolist(),
+            "closed": self._closed,
+            "fingers_rest": self._fingers_rest,
+            "still": self._still,
+            "person": self.person.state(),
+        }
+        return json.dumps(state).encode()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go on from a snapshot; the table must be the same, the pieces are the snapshot's.
+
+        Raises:
+            TwinError: the snapshot is damaged, of another version or of another table.
+        """
+        try:
+            self._restore(json.loads(snapshot))
+        except (ValueError, KeyError, TypeError) as error:
+            raise TwinError(
+                f"The twin's snapshot cannot be read: {error!r}.", hint="Set the table anew."
+            ) from error
+
+    def _restore(self, state: dict[str, Any]) -> None:
+        if state["version"] != SNAPSHOT_VERSION:
+            raise TwinError(
+                f"The twin's snapshot is of version {state['version']}, not {SNAPSHOT_VERSION}.",
+                hint="Set the table anew.",
+            )
+        pieces = tuple(StandingPiece(**piece) for piece in state["pieces"])
+        numbers = np.frombuffer(base64.b64decode(state["numbers"], validate=True), dtype="<f8")
+        self._simulation.restore(pieces, numbers, np.array(state["asleep"], dtype=np.int32))
+        self._forget()
+        self._closed, self._fingers_rest = bool(state["closed"]), bool(state["fingers_rest"])
+        self._still = float(state["still"])
+        self.person.restore(state["person"])
+
+
+def _clearance(scene: Scene) -> Clearance:
+    return Clearance(Jaw.of(scene.table.gripper), [scene.shape(piece) for piece in scene.pieces])
+
+
+def _lean(angle: float) -> Array:
+    """(3, 3) turn about y, so that the z axis leans towards x."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
