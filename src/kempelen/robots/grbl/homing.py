@@ -1,0 +1,117 @@
+"""Homing that believes no bare ``ok``.
+
+A failed homing is answered by an alarm, then ``ok``, then a banner. Success is: no alarm and no banner before
+the ``ok``, then a report that says Idle with every axis at the pull-off from an end of its travel.
+"""
+
+import asyncio
+from contextlib import suppress
+
+from kempelen.core.errors import AlarmError, LinkError, SettingsError
+from kempelen.robots.grbl.connect import Greeting, at_rest, read_offsets
+from kempelen.robots.grbl.gcode import words
+from kempelen.robots.grbl.link import RefusedError, SilenceError
+from kempelen.robots.grbl.session import Session, apart, finish
+
+_PULL_OFF_TOLERANCE = 0.5  # mm
+_OFFSET_TOLERANCE = 0.0015  # mm; offsets are reported with three decimals
+_REPORTS_PER_OFFSET = 32  # a report tells the work offset at least every 30th time
+
+
+async def seek(session: Session) -> None:
+    """Home once and prove it; afterwards the work offset is right and the condition says homed.
+
+    Cancelled: broken off by a reset, at rest, not homed.
+
+    Raises:
+        AlarmError: a switch was not found, or the proof failed.
+        LinkError: the line was lost.
+        KempelenError: whatever the stream was failed with (a pause, a cancel, a stop).
+    """
+    link, condition = session.link, session.condition
+    condition.homed = False
+    mark = link.banners
+    try:
+        async with asyncio.timeout(session.timing.homing):
+            await link.request("$H")
+    except asyncio.CancelledError:
+        await finish(_break_off(session))
+        raise
+    except TimeoutError:
+        await _break_off(session)
+        raise SilenceError(
+            f"Homing did not end within {session.timing.homing:g} s.", hint="Check that the axes move."
+        ) from None
+    except AlarmError:
+        with suppress(SilenceError):
+            await link.until(lambda: link.banners > mark, session.timing.banner, "banner after an alarm")
+        raise
+    except RefusedError as error:
+        raise AlarmError(error.message, hint=error.hint) from error
+    await _prove(session)
+
+
+async def _break_off(session: Session) -> None:
+    with suppress(LinkError):
+        await session.reset(keeps_position=False)
+
+
+async def _prove(session: Session) -> None:
+    link, condition = session.link, session.condition
+    status = await at_rest(link, session.timing)
+    if status.state != "Idle":
+        raise AlarmError(f"Homing ended in the state {status.state}.", hint="Recover, then home again.")
+    check_pull_off(await _machine_position(session), session.greeting)
+    await _set_work_offset(session)
+    await link.ask(session.timing.answer)
+    await session.restore()
+    condition.homed = True
+    condition.clear()
+
+
+async def _machine_position(session: Session) -> tuple[float, float, float]:
+    """In reports of work coordinates: once one of them has told the offset."""
+    for _ in range(_REPORTS_PER_OFFSET):
+        if session.condition.machine is not None:
+            return session.condition.machine
+        await asyncio.sleep(session.timing.poll)
+        await session.link.ask(session.timing.answer)
+    raise LinkError("The controller never reports its work offset.", hint="Send $10=1.")
+
+
+def check_pull_off(machine: tuple[float, float, float], greeting: Greeting) -> None:
+    """Every axis must stand ``$27`` away from an end of its travel [-$130.., 0].
+
+    Args:
+        machine: (x, y, z) machine coordinates, mm.
+        greeting: With the settings.
+
+    Raises:
+        AlarmError: an axis stands elsewhere.
+    """
+    allowed = greeting.settings.get(27, 1.0) + _PULL_OFF_TOLERANCE
+    for axis, value in enumerate(machine):
+        distance = min(abs(value), abs(value + greeting.settings[130 + axis]))
+        if distance > allowed:
+            raise AlarmError(
+                f"After homing, {'xyz'[axis]} is {distance:.3f} mm from the end of its travel, allowed "
+                f"{allowed:g} mm.",
+                hint="Check $27 and $130..$132, then home again.",
+            )
+
+
+async def _set_work_offset(session: Session) -> None:
+    """G54 so that work positions are the robot frame's; written only when it differs (EEPROM)."""
+    link, offsets = session.link, session.greeting.offsets
+    wanted = tuple(-value for value in session.space.robot_from_machine)
+    if apart(offsets.get("G92", (0.0, 0.0, 0.0)), (0.0, 0.0, 0.0)) > _OFFSET_TOLERANCE:
+        await link.request("G92.1")
+    if apart(offsets.get("G54"), wanted) <= _OFFSET_TOLERANCE:
+        return
+    await link.request(f"G10L2P1{words(wanted)}")
+    offsets.update(await read_offsets(link))
+    if apart(offsets.get("G54"), wanted) > _OFFSET_TOLERANCE:
+        raise SettingsError(
+            f"The work offset G54 stays at {offsets.get('G54')} mm, wanted {wanted} mm.",
+            hint="Home again; if it stays so, the controller's memory is worn out.",
+        )

@@ -1,0 +1,133 @@
+"""A connected controller and the manoeuvres that several jobs share: rest, reset, restore, unlock."""
+
+import asyncio
+from collections.abc import Coroutine, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kempelen.core.protocols import GripperState
+from kempelen.core.table import WorkSpace
+from kempelen.robots.grbl import codec
+from kempelen.robots.grbl.condition import Condition
+from kempelen.robots.grbl.connect import Greeting, at_rest
+from kempelen.robots.grbl.gcode import MEMORY_MARK, PREAMBLE, GripperWiring, Program
+from kempelen.robots.grbl.link import Link, Stream
+from kempelen.robots.grbl.timing import Timing
+
+
+@dataclass(slots=True, eq=False)
+class Session:
+    """Everything known between connecting and losing the line.
+
+    Attributes:
+        greeting: What was found on connecting.
+        work: The group at work and its stream; None while none is on the wire.
+        dwell: The longest pause in that group, s: Idle with an acknowledgement owed is legal for so long.
+    """
+
+    link: Link
+    condition: Condition
+    greeting: Greeting
+    space: WorkSpace
+    wiring: GripperWiring
+    timing: Timing
+    work: tuple[Program, Stream] | None = None
+    dwell: float = 0.0
+
+    def note_gripper(self) -> None:
+        """What the acknowledged lines have done to the gripper."""
+        if self.work is not None and self.condition.alarm is None:
+            program, stream = self.work
+            state = program.gripper_after(stream.acknowledged)
+            if state is not None:
+                self.condition.told(state)
+
+    async def reset(self, *, keeps_position: bool) -> None:
+        """Soft reset; returns after the banner.
+
+        Raises:
+            LinkError: no banner, or the line was lost.
+        """
+        mark = self.link.banners
+        self.condition.keeps_position = keeps_position
+        self.link.realtime(codec.RESET)
+        try:
+            await self.link.until(
+                lambda: self.link.banners > mark, self.timing.banner, "banner after a reset"
+            )
+        finally:
+            self.condition.keeps_position = False
+
+    async def halt(self) -> None:
+        """Hold, wait for Hold:0, reset: at rest, position kept, nothing left in any buffer.
+
+        Raises:
+            LinkError: the line fell silent.
+            AlarmError: an alarm came first.
+        """
+        self.link.realtime(codec.HOLD)
+        status = await at_rest(self.link, self.timing)
+        self.note_gripper()
+        self.work = None
+        if status.state != "Alarm":
+            await self.reset(keeps_position=True)
+            await self.restore()
+
+    async def restore(self) -> None:
+        """After a reset: modal state, the memory mark, and the gripper as it was last told.
+
+        Raises:
+            LinkError: the line fell silent.
+        """
+        status = await self.link.ask(self.timing.answer)
+        if status.state != "Idle":
+            return
+        await self.link.request(PREAMBLE + MEMORY_MARK)
+        wanted = self.condition.wanted
+        if wanted not in {self.condition.gripper, GripperState.UNKNOWN}:
+            await self.link.request(self.wiring.line(wanted))
+            self.condition.told(wanted)
+        self.condition.publish()
+
+    async def unlock(self) -> None:
+        """Clear whatever keeps the controller from taking lines, then `restore`.
+
+        Raises:
+            LinkError: the line fell silent.
+        """
+        condition = self.condition
+        if condition.silent:
+            await self.reset(keeps_position=condition.homed)
+        elif condition.banner_due:
+            await self.link.until(
+                lambda: not condition.banner_due, self.timing.banner, "banner after an alarm"
+            )
+        status = await at_rest(self.link, self.timing)
+        if status.state not in {"Idle", "Alarm"}:
+            await self.reset(keeps_position=condition.homed)
+            status = await at_rest(self.link, self.timing)
+        if status.state == "Alarm":
+            await self.link.request("$X")
+        condition.clear()
+        await self.restore()
+
+
+def apart(a: Sequence[float] | None, b: Sequence[float]) -> float:
+    """Largest distance along an axis, mm; infinite when one of the points is unknown."""
+    return float("inf") if a is None else float(np.abs(np.subtract(a, b)).max())
+
+
+async def finish(work: Coroutine[Any, Any, None]) -> None:
+    """Run ``work`` to its end, however often the caller is cancelled meanwhile."""
+    task = asyncio.ensure_future(work)
+    cancelled: asyncio.CancelledError | None = None
+    while not task.done():
+        try:
+            await asyncio.shield(task)
+        except asyncio.CancelledError as error:
+            cancelled = error
+    task.result()
+    if cancelled is not None:
+        raise cancelled

@@ -1,0 +1,30 @@
+"""How long to wait for what, s, wall clock."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Patience. Only silences are timed: how long a motion may take is up to the machine.
+
+    Attributes:
+        banner: For the banner after a reset.
+        quiet: For a banner where no reset is expected.
+        answer: For the answer to a status query, while answers are due.
+        poll: Between status queries in motion; the firmware wants five a second at most.
+        idle_poll: Between status queries at rest; 0 asks only when somebody needs to know.
+        homing: For homing, in which silence is legal.
+        lost_ok: How long the controller may report Idle while it owes an acknowledgement.
+        keep_alive: A jog ends when its keep-alives are silent for so long.
+        jog_segment: Length of one jog command.
+    """
+
+    banner: float = 3.0
+    quiet: float = 0.3
+    answer: float = 5.0
+    poll: float = 0.21
+    idle_poll: float = 1.0
+    homing: float = 180.0
+    lost_ok: float = 3.0
+    keep_alive: float = 0.4
+    jog_segment: float = 0.1
