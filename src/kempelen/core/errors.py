@@ -6,6 +6,7 @@
     ├── ConfigError          the configuration file or a command-line option
     ├── CalibrationError     corners that cannot be a board, a calibration file that does not fit
     ├── FitError             board, trays, pieces and work space do not fit together
+    ├── GameError            a command that the game's present state does not allow
     ├── NotationError        a move, a position or a PGN file that cannot be read or played
     ├── EngineError          the program that thinks is missing, broken or silent
     ├── JournalError         the durable record is locked, damaged or of another version
@@ -57,6 +58,12 @@ class CalibrationError(KempelenError):
 
 class FitError(KempelenError):
     """Board, trays, pieces and work space do not fit together."""
+
+    exit_code = 2
+
+
+class GameError(KempelenError):
+    """A command that the game's present state does not allow; nothing was changed."""
 
     exit_code = 2
 

@@ -1,8 +1,8 @@
 """A move becomes transfers: which piece goes from which place to which, squares and tray slots alike.
 
 Pieces of one kind and colour are alike, so a piece that is needed from the tray is the nearest one of its
-kind, whether it was captured or stood there as a spare. Everything here is a pure function of position, layout
-and table.
+kind, whether it was captured or stood there as a spare. Everything here is a pure function of position,
+layout and table.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -26,8 +26,13 @@ class Missing:
     piece: chess.Piece
     place: Place
 
+    @property
+    def reason(self) -> str:
+        """Why it is needed."""
+        return f"The trays hold no {piece_name(self.piece)}."
+
     def __str__(self) -> str:
-        return f"Stand a {piece_name(self.piece)} on {self.place}: the trays hold none."
+        return f"{self.reason} Stand one on {self.place}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +42,13 @@ class Crowded:
     piece: chess.Piece
     place: Place
 
+    @property
+    def reason(self) -> str:
+        """Why it is in the way."""
+        return "The trays are full."
+
     def __str__(self) -> str:
-        return f"Take the {piece_name(self.piece)} off {self.place}: the trays are full."
+        return f"{self.reason} Take the {piece_name(self.piece)} off {self.place}."
 
 
 Request = Missing | Crowded
