@@ -198,11 +198,10 @@ def _from_numeric(plain: str, match: re.Match[str], board: chess.Board) -> chess
 
 def _checked(plain: str, move: chess.Move, board: chess.Board) -> chess.Move:
     if move in board.legal_moves:
-        return move
-    if (
-        chess.Move(move.from_square, move.to_square, chess.QUEEN) in board.legal_moves
-        and move.promotion is None
-    ):
+        # The board also takes castling as the king onto its rook, e1h1; its parser makes that e1g1.
+        return board.parse_uci(move.uci())
+    queened = chess.Move(move.from_square, move.to_square, chess.QUEEN)
+    if move.promotion is None and queened in board.legal_moves:
         raise _promotion_missing(plain)
     raise illegal(plain, board, why_illegal(board, move))
 
@@ -220,27 +219,29 @@ def _choose(plain: str, readings: tuple[_Reading, ...], board: chess.Board) -> c
 
 
 def _matching(reading: _Reading, board: chess.Board) -> list[chess.Move]:
-    from_mask = chess.SquareSet(reading.origins(board))
-    legal = board.generate_legal_moves(int(from_mask), chess.BB_SQUARES[reading.target])
     return [
         move
-        for move in legal
-        if reading.promotion in {None, move.promotion} and (not reading.takes or board.is_capture(move))
+        for move in board.generate_legal_moves(int(chess.SquareSet(reading.origins(board))))
+        if move.to_square == reading.target
+        and reading.promotion in {None, move.promotion}
+        and (not reading.takes or board.is_capture(move))
     ]
 
 
 def why_illegal(board: chess.Board, move: chess.Move) -> str:
     """Say in plain words why ``move`` cannot be played in ``board``; empty when it can."""
-    return "" if move in board.legal_moves else next(_faults(board, move))
+    piece = board.piece_at(move.from_square)
+    if move in board.legal_moves:
+        return ""
+    if piece is None:
+        return f"no piece stands on {chess.square_name(move.from_square)}"
+    return next(_faults(board, move, piece))
 
 
-def _faults(board: chess.Board, move: chess.Move) -> Iterator[str]:
+def _faults(board: chess.Board, move: chess.Move, piece: chess.Piece) -> Iterator[str]:
     """What is wrong with an illegal move, the plainest fault first; each presumes none of those above."""
     origin, target = move.from_square, move.to_square
-    piece, victim = board.piece_at(origin), board.piece_at(target)
-    if piece is None:
-        yield f"no piece stands on {chess.square_name(origin)}"
-        return
+    victim = board.piece_at(target)
     if piece.color != board.turn:
         yield f"the {_piece_at(board, origin)} is {_side(piece.color)}'s, and {_side(board.turn)} is to move"
     if origin == target:
@@ -315,7 +316,9 @@ def _why_no_move(reading: _Reading, board: chess.Board) -> str:
 
 
 def _could_go(board: chess.Board, origin: chess.Square, target: chess.Square) -> bool:
-    return any(board.generate_pseudo_legal_moves(chess.BB_SQUARES[origin], chess.BB_SQUARES[target]))
+    return any(
+        move.to_square == target for move in board.generate_pseudo_legal_moves(chess.BB_SQUARES[origin])
+    )
 
 
 def _why_unsafe(board: chess.Board, move: chess.Move) -> str:

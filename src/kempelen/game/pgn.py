@@ -34,14 +34,14 @@ _SHOWN = 40  # characters of a faulty text that are repeated in a message
 _TOKEN = re.compile(
     r"""
     (?P<blank>[\s\x1a\ufeff]+)
-  | (?P<comment>\{[^}]*\}|;[^\n]*|^%[^\n]*|<[^>\n]*>)
+  | (?P<comment>\{[^}]*\}|;[^\n]*|^%[^\n]*)
   | (?P<unclosed>\{)
   | (?P<opened>\()
   | (?P<closed>\))
   | (?P<result>(?:1-0|0-1|1/2-1/2|½-½|\*)(?![\w/-]))
   | (?P<number>\d+\s*(?:\.+|…)|\d{1,3}(?![\w./-])|\.+|…)
   | (?P<glyph>\$\d*|[!?‼⁇⁉⁈]+|(?:e\.?p\.?|(?!--)[-+=/∓±⩲⩱∞□]+)(?=[\s)]|\Z))
-  | (?P<move>[^\s{}();$<]+(?:\([QRBNqrbn]\))?[+\#!?]*)
+  | (?P<move>[^\s{}();$]+(?:\([QRBNqrbn]\))?[+\#!?]*)
   | (?P<other>.)
     """,
     re.VERBOSE | re.MULTILINE,
