@@ -21,8 +21,8 @@ from kempelen.core.table import FULL_SET, Table, Tray, WorkSpace
 OFF_CENTRE = 3.0
 """How far from the middle of its place a piece may stand, mm."""
 
-CARRY_CLEARANCE = 5.0
-"""Least gap between a carried piece and the tallest one below it, mm."""
+CARRY_CLEARANCE = 10.0
+"""Least gap between a carried piece and the tallest one below it, mm; the planner's own default."""
 
 PALM_CLEARANCE = 2.0
 """Least gap between the palm and the heads below it, mm."""

@@ -1,0 +1,330 @@
+"""The configuration: one TOML file into frozen, bounded, documented models.
+
+The defaults describe the twin, so no file is needed. Every key is documented on its model; ``kempelen
+config`` prints them all. A key that nobody knows is an error. Calibration is no configuration: it has its own
+file.
+"""
+
+import os
+import tomllib
+from collections.abc import Mapping
+from math import radians
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import chess
+from platformdirs import user_config_path, user_data_path
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from kempelen.app.config_errors import explain
+from kempelen.core.calibration import SQUARE_RANGE, Calibration
+from kempelen.core.errors import ConfigError
+from kempelen.core.geometry import Transform
+from kempelen.core.pieces import KINDS, PRESETS, Millimetres, PieceSet, PieceShape
+from kempelen.core.table import DEFAULT_TRAYS, Gripper, Table, Tray, WorkSpace
+from kempelen.motion.scene import Clearances
+
+PROGRAM = "kempelen"
+DATA_DIR_VARIABLE = "KEMPELEN_DATA_DIR"
+TWIN_PORT = "twin"
+
+Scalar = bool | int | float | str
+_Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
+
+
+class Section(BaseModel):
+    """A part of the file: frozen, and unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class RobotConfig(Section):
+    """The machine and the wire to it.
+
+    Attributes:
+        kind: Name of the driver, "gantry" or that of an installed one.
+        port: "twin" for the simulated machine, a device such as "/dev/ttyUSB0", or "socket://host:port".
+        options: What the driver itself wants to know; its page lists the keys.
+    """
+
+    kind: Annotated[str, Field(min_length=1, max_length=60)] = "gantry"
+    port: Annotated[str, Field(min_length=1, max_length=300)] = TWIN_PORT
+    options: dict[str, Scalar] = Field(default_factory=dict)
+
+
+class TableConfig(Section):
+    """Where things stand. A calibration, once made, overrules the board's position and square.
+
+    Attributes:
+        square: Side of a square, mm.
+        board: Where a1's outer corner is in the robot's frame: x, y, z, mm.
+        turn_degrees: Turn of the board about the vertical, degrees; 0 has the first rank along the robot's x.
+        space: What the tool point can reach, and how fast.
+        trays: Where pieces stand beside the board.
+    """
+
+    square: Annotated[float, Field(ge=SQUARE_RANGE[0], le=SQUARE_RANGE[1])] = 50.0
+    board: tuple[_Coordinate, _Coordinate, _Coordinate] = (150.0, 25.0, 0.0)
+    turn_degrees: Annotated[float, Field(ge=-180, le=180)] = 0.0
+    space: WorkSpace = Field(default_factory=WorkSpace)
+    trays: Annotated[tuple[Tray, ...], Field(max_length=8)] = DEFAULT_TRAYS
+
+
+class ShapeConfig(Section):
+    """What differs from the preset in one kind of piece.
+
+    Attributes:
+        height: Base to top, mm.
+        base_diameter: Widest part, at the bottom, mm.
+        head_diameter: Widest part above the grip, mm.
+        grip_height: Height above the base at which the pads' centres close, mm.
+        grip_diameter: Thickness there, mm.
+        mass: Grams (twin only).
+    """
+
+    height: Millimetres | None = None
+    base_diameter: Millimetres | None = None
+    head_diameter: Millimetres | None = None
+    grip_height: Millimetres | None = None
+    grip_diameter: Millimetres | None = None
+    mass: Annotated[float, Field(gt=0, le=500)] | None = None
+
+
+class PiecesConfig(Section):
+    """The set of pieces: a preset, and what differs from it.
+
+    Attributes:
+        preset: "club" (Staunton No. 6, for 50 mm squares), "thesis" or "small" (for 35 mm squares).
+        king: Sizes that differ.
+        queen: Sizes that differ.
+        rook: Sizes that differ.
+        bishop: Sizes that differ.
+        knight: Sizes that differ.
+        pawn: Sizes that differ.
+    """
+
+    preset: Literal["club", "thesis", "small"] = "club"
+    king: ShapeConfig = Field(default_factory=ShapeConfig)
+    queen: ShapeConfig = Field(default_factory=ShapeConfig)
+    rook: ShapeConfig = Field(default_factory=ShapeConfig)
+    bishop: ShapeConfig = Field(default_factory=ShapeConfig)
+    knight: ShapeConfig = Field(default_factory=ShapeConfig)
+    pawn: ShapeConfig = Field(default_factory=ShapeConfig)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        for name in map(chess.piece_name, KINDS):
+            try:
+                self._shape(name)
+            except ValidationError as error:
+                raise ValueError(
+                    f"{name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}"
+                ) from None
+        return self
+
+    def piece_set(self) -> PieceSet:
+        """The preset with the changes."""
+        names = [chess.piece_name(kind) for kind in KINDS]
+        changed = any(self._changes(name) for name in names)
+        return PieceSet(
+            name=f"{self.preset}, changed" if changed else self.preset,
+            **{name: self._shape(name) for name in names},
+        )
+
+    def _shape(self, name: str) -> PieceShape:
+        preset: PieceShape = getattr(PRESETS[self.preset], name)
+        return PieceShape.model_validate(preset.model_dump() | self._changes(name))
+
+    def _changes(self, name: str) -> dict[str, float]:
+        shape: ShapeConfig = getattr(self, name)
+        return shape.model_dump(exclude_none=True)
+
+
+class EngineConfig(Section):
+    """The program that thinks.
+
+    Attributes:
+        path: A path, a name on PATH, "maia-1500", or empty for the best at hand.
+        level: "1" to "20", an Elo such as "1500", "maia-1500", or "full".
+        move_time: Time for each move, s.
+        threads: Of its search.
+        hash_mb: Memory for its table of positions, MB.
+        options: Further options of the engine, by their UCI names.
+    """
+
+    path: Annotated[str, Field(max_length=1000)] = ""
+    level: Annotated[str, Field(min_length=1, max_length=20)] = "full"
+    move_time: Annotated[float, Field(ge=0.01, le=3600)] = 1.0
+    threads: Annotated[int, Field(ge=1, le=512)] = 1
+    hash_mb: Annotated[int, Field(ge=1, le=65536)] = 64
+    options: dict[str, Scalar] = Field(default_factory=dict)
+
+
+class PlannerConfig(Section):
+    """How pieces are carried over the others.
+
+    Attributes:
+        name: "asynchronous" (fastest), "safe-height" or "supercover" (baselines).
+        clearances: How far to stay away.
+    """
+
+    name: Literal["asynchronous", "safe-height", "supercover"] = "asynchronous"
+    clearances: Clearances = Field(default_factory=Clearances)
+
+
+class TwinConfig(Section):
+    """The simulated table.
+
+    Attributes:
+        seed: Of everything random in it.
+        speed: Time scale, 1 is real time; "max" is as fast as the computer can.
+        scatter: How far from the centre of its place a piece may stand at the start, mm.
+        baud: Speed of the serial line to model, bit/s; 0 for one without delay.
+    """
+
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    speed: Annotated[float, Field(gt=0, le=1000)] | Literal["max"] = 1.0
+    scatter: Annotated[float, Field(ge=0, le=6)] = 3.0
+    baud: Annotated[int, Field(ge=0, le=10_000_000)] = 0
+
+
+class PlayConfig(Section):
+    """How a person plays.
+
+    Attributes:
+        side: The person's colour, "white" or "black".
+        hands: Who carries the person's pieces, "robot" or "person".
+    """
+
+    side: Literal["white", "black"] = "white"
+    hands: Literal["robot", "person"] = "robot"
+
+
+class DataConfig(Section):
+    """Where games and calibrations are kept.
+
+    Attributes:
+        dir: The directory; empty for the system's usual place.
+    """
+
+    dir: Annotated[str, Field(max_length=1000)] = ""
+
+
+class Config(Section):
+    """Everything that can be configured."""
+
+    robot: RobotConfig = Field(default_factory=RobotConfig)
+    table: TableConfig = Field(default_factory=TableConfig)
+    pieces: PiecesConfig = Field(default_factory=PiecesConfig)
+    gripper: Gripper = Field(default_factory=Gripper)
+    engine: EngineConfig = Field(default_factory=EngineConfig)
+    planner: PlannerConfig = Field(default_factory=PlannerConfig)
+    twin: TwinConfig = Field(default_factory=TwinConfig)
+    play: PlayConfig = Field(default_factory=PlayConfig)
+    data: DataConfig = Field(default_factory=DataConfig)
+
+    @property
+    def on_twin(self) -> bool:
+        """Whether the machine is the simulated one."""
+        return self.robot.port == TWIN_PORT
+
+    @property
+    def data_dir(self) -> Path:
+        """Where games and calibrations are kept; it may not exist yet."""
+        return Path(self.data.dir).expanduser() if self.data.dir else user_data_path(PROGRAM)
+
+    @property
+    def calibration_path(self) -> Path:
+        """The calibration's own file; the twin's never gets mixed up with the machine's."""
+        return self.data_dir / ("calibration-twin.json" if self.on_twin else "calibration.json")
+
+    def build_table(self, calibration: Calibration | None = None) -> Table:
+        """The table: as configured, or with the board where the calibration found it."""
+        board = self.table
+        return Table(
+            robot_from_board=(
+                calibration.robot_from_board
+                if calibration
+                else Transform.about_z(radians(board.turn_degrees), board.board)
+            ),
+            square=calibration.square if calibration else board.square,
+            trays=board.trays,
+            pieces=self.pieces.piece_set(),
+            gripper=self.gripper,
+            space=board.space,
+        )
+
+
+def default_config_path() -> Path:
+    """Where the configuration is looked for when none is named."""
+    return user_config_path(PROGRAM) / "config.toml"
+
+
+def load_config(path: Path | None = None, overrides: Mapping[str, object] | None = None) -> Config:
+    """Read the configuration.
+
+    Args:
+        path: The file; None for the one at `default_config_path`, if there is one.
+        overrides: Values by dotted key (``"robot.port"``), stronger than the file and the environment; those
+            that are None are left out.
+
+    Raises:
+        ConfigError: no such file, not TOML, unknown keys, values out of range: all of them at once, each with
+            its line, the allowed range, and the nearest known key.
+    """
+    text, where = _read(path)
+    content = _parse(text, where)
+    if directory := os.environ.get(DATA_DIR_VARIABLE):
+        _put(content, "data.dir", directory)
+    given = {key: value for key, value in (overrides or {}).items() if value is not None}
+    for key, value in given.items():
+        _put(content, key, value)
+    try:
+        return Config.model_validate(content)
+    except ValidationError as error:
+        raise ConfigError(
+            explain(error, Config, text, where, given), hint="See every key and its default: kempelen config"
+        ) from None
+
+
+def _read(path: Path | None) -> tuple[str, str]:
+    """The file's text and name; empty when there is no default file."""
+    file = path or default_config_path()
+    try:
+        return file.read_text(encoding="utf-8"), str(file)
+    except FileNotFoundError:
+        if path is None:
+            return "", ""
+        raise ConfigError(
+            f"There is no configuration file {file}.", hint="Make one: kempelen config > kempelen.toml"
+        ) from None
+    except UnicodeDecodeError as error:
+        raise ConfigError(
+            f"The configuration {file} is not UTF-8 text: byte {error.start} is "
+            f"{error.object[error.start]:#x}.",
+            hint="Save it as UTF-8.",
+        ) from None
+    except OSError as error:
+        raise ConfigError(
+            f"The configuration {file} cannot be read: {error.strerror}.", hint="Allow reading it."
+        ) from None
+
+
+def _parse(text: str, where: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise ConfigError(
+            f"The configuration {where} is not TOML: {error}.", hint="Mend that line."
+        ) from None
+
+
+def _put(content: dict[str, Any], key: str, value: object) -> None:
+    """Set a dotted key, unless a part of the path is no section: that error is the model's to tell."""
+    *sections, last = key.split(".")
+    for section in sections:
+        inner = content.setdefault(section, {})
+        if not isinstance(inner, dict):
+            return
+        content = inner
+    content[last] = value
