@@ -31,7 +31,7 @@ class Surface:
 
     @classmethod
     def in_frame(cls, name: str, pose: Transform, corner: Point, size: tuple[float, float]) -> Self:
-        """From ``robot_from_board``, the corner in the board frame and the sides along the board's x and y."""
+        """From ``robot_from_board``, a corner in the board frame and the sides along its x and y."""
         x, y, z = (float(v) for v in pose @ np.array(corner))
         (ax, ay), normal = pose.rotation[:2, 0], pose.rotation[:, 2]
         scale = hypot(ax, ay)

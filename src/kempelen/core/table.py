@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from kempelen.core.errors import FitError
 from kempelen.core.geometry import Array, Transform
-from kempelen.core.pieces import PRESETS, PieceSet
+from kempelen.core.pieces import KINDS, PRESETS, PieceSet
 from kempelen.core.places import Layout, Place
 from kempelen.core.surfaces import Surface
 
@@ -34,7 +34,9 @@ class Tray(BaseModel):
 
     Attributes:
         name: Lower-case letters; the slots are ``name1`` .. ``name<rows*columns>``.
-        origin: Centre of slot 1 in the board frame, in units of mm.
+        origin: Centre of slot 1 in the board frame: x, y, mm.
+        rows: Slots along the board's y.
+        columns: Slots along the board's x.
         pitch: Distance of neighbouring slots, mm.
         height: Of the tray's surface above the playing surface, mm; negative when lower.
     """
@@ -255,19 +257,32 @@ class Table:
 
     @cached_property
     def park_xs(self) -> tuple[float, ...]:
-        """The x of the lines beside the board on which the bridge is clear of it, robot frame, mm."""
+        """The x of the board's two sides, robot frame, mm, as far as the work space reaches.
+
+        High above a side the hand does not hide the board from a camera overhead: what is higher appears
+        farther out.
+        """
         corners = self.robot_from_board @ np.array(
             [[x, y, 0.0] for x in (0.0, 8 * self.square) for y in (0.0, 8 * self.square)]
         )
-        margin = self.gripper.palm_radius
-        candidates = (float(corners[:, 0].min()) - margin, float(corners[:, 0].max()) + margin)
+        candidates = (float(corners[:, 0].min()), float(corners[:, 0].max()))
         inside = tuple(x for x in candidates if self.space.lower[0] <= x <= self.space.upper[0])
         return inside or (self.space.lower[0],)
 
+    @cached_property
+    def park_height(self) -> float:
+        """Height z of the parking points, mm: even a held piece is clear of the tallest one there."""
+        highest = max(float(centre[2]) for centre in self._centres.values())
+        hang = max(self.gripper.below_tool, *(self.pieces[kind].grip_height for kind in KINDS))
+        return min(highest + self.pieces.tallest + hang + _PARK_CLEARANCE, self.space.upper[2])
+
     def park_point(self, near: Array) -> Array:
-        """(3,) the parking point nearest to a tool point: high, beside the board, same y."""
+        """(3,) the parking point nearest to a tool point: high, at the board's side, same y."""
         x = min(self.park_xs, key=lambda candidate: abs(candidate - near[0]))
-        return np.array([x, near[1], self.space.upper[2]])
+        return np.array([x, near[1], self.park_height])
+
+
+_PARK_CLEARANCE = 10.0  # mm
 
 
 def _raised(point: Array, height: float) -> Array:

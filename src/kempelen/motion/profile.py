@@ -1,7 +1,6 @@
 """How one axis gets from rest to rest in the least time: full acceleration, full speed, full braking.
 
-Plain floats throughout: the planner asks for one number at a time, thousands of times per second, where arrays
-are slower.
+Plain floats throughout: the planner asks for one number at a time, and arrays would be slower.
 """
 
 from dataclasses import dataclass
@@ -13,8 +12,8 @@ from typing import Self
 class Profile:
     """A time-optimal motion from rest to rest under a speed and an acceleration limit.
 
-    It is also the fastest way to *pass* any point on the line: everywhere the speed is as high as a start at rest,
-    the limit and the stop at the end allow (bang-bang, Pontryagin).
+    It is also the fastest way to *pass* any point on the line: everywhere the speed is as high as a start
+    at rest, the limit and the stop at the end allow (bang-bang, Pontryagin).
 
     Attributes:
         distance: mm, 0 or more.
@@ -52,13 +51,8 @@ class Profile:
         return self.seconds - sqrt(2.0 * (self.distance - distance) / self.acceleration)
 
     def switches(self, start: float, sign: float = 1.0) -> list[tuple[float, float]]:
-        """When the acceleration changes, and to what, ``[(s, mm/s²), ...]``, if it begins at ``start``."""
+        """When the acceleration changes, and by how much: ``[(s, mm/s²), ...]``, from ``start`` on."""
         if self.distance == 0.0:
             return []
-        rate = sign * self.acceleration
-        return [
-            (start, rate),
-            (start + self.ramp, 0.0),
-            (start + self.seconds - self.ramp, -rate),
-            (start + self.seconds, 0.0),
-        ]
+        rate, end = sign * self.acceleration, start + self.seconds
+        return [(start, rate), (start + self.ramp, -rate), (end - self.ramp, -rate), (end, rate)]
