@@ -57,7 +57,7 @@ def add_surfaces(spec: Any, scene: Scene) -> None:
         first, last = tray.centre(1), tray.centre(tray.rows * tray.columns)
         half = np.array([*((last - first)[:2] + tray.pitch) / 2, TRAY_THICKNESS / 2])
         _add_slab(board, tray.name, (first + last) / 2, half, LIGHT)
-    _add_squares(board, table.square)
+    _add_squares(spec, board, table.square)
     spec.worldbody.add_geom(
         name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(2.0, 2.0, 0.1), rgba=(0.35, 0.38, 0.36, 1.0),
         pos=(0.0, 0.0, scene.table_top * METRES), contype=Touch.SURFACE, conaffinity=0,
@@ -73,16 +73,19 @@ def _add_slab(body: Any, name: str, top: Array, half: Array, rgba: Colour) -> No
     )  # fmt: skip
 
 
-def _add_squares(body: Any, square: float) -> None:
-    """Paint only: thin light plates that nothing touches."""
-    for index in range(64):
-        rank, file = divmod(index, 8)
-        if (rank + file) % 2:
-            body.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_BOX, rgba=LIGHT, contype=0, conaffinity=0, group=1,
-                pos=np.array([(file + 0.5) * square, (rank + 0.5) * square, 0.0]) * METRES,
-                size=np.array([square / 2, square / 2, 0.05]) * METRES,
-            )  # fmt: skip
+def _add_squares(spec: Any, board: Any, square: float) -> None:
+    """Paint only: one thin chequered plate that nothing touches, a1 dark."""
+    spec.add_texture(
+        name="squares", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=LIGHT[:3], rgb2=DARK[:3], width=64, height=64,
+    )  # fmt: skip
+    material = spec.add_material(name="squares", texrepeat=(4.0, 4.0))
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
+    side = 8 * square
+    board.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX, material="squares", contype=0, conaffinity=0, group=1,
+        pos=np.array([side / 2, side / 2, 0.0]) * METRES, size=np.array([side / 2, side / 2, 0.05]) * METRES,
+    )  # fmt: skip
 
 
 def _friction(sliding: float) -> tuple[float, float, float]:

@@ -15,6 +15,7 @@ from typing import Any, Self
 import mujoco
 import numpy as np
 
+from kempelen.core.errors import FitError
 from kempelen.core.table import Gripper
 from kempelen.twin.physics.bodies import Touch
 from kempelen.twin.physics.units import METRES
@@ -36,6 +37,9 @@ PAD_ABOVE = 3.0
 BLADE = 2.0
 """Thickness of the notch's blades, mm."""
 PALM_HEIGHT = 30.0
+SHANK_GAP = 0.7
+"""From the open notch's apex back to the shank, mm: room for the head above the grip."""
+THINNEST_SHANK = 1.0
 TRUNCATION = 2.0
 """The blades begin this far from the notch's centre line, mm."""
 
@@ -64,7 +68,18 @@ class Jaw:
 
     @classmethod
     def of(cls, gripper: Gripper) -> Self:
-        """The jaw that lets a round head of the width of the gripper's opening pass."""
+        """The jaw that lets a round head of the width of the gripper's opening pass.
+
+        Raises:
+            FitError: the fingers are too thin to hold a notch of that opening.
+        """
+        least = gripper.opening / 2 * (math.sqrt(2) - 1) + SHANK_GAP + THINNEST_SHANK
+        if gripper.finger_thickness < least:
+            raise FitError(
+                f"The gripper's fingers are {gripper.finger_thickness} mm thick; a notch of 45° for an opening of "
+                f"{gripper.opening} mm needs at least {least:.1f} mm.",
+                hint="Set the gripper's finger_thickness in the configuration.",
+            )
         return cls(
             apex_open=gripper.opening / 2 * math.sqrt(2),
             half_width=gripper.finger_width / 2,
@@ -143,7 +158,7 @@ def _add_finger(spec: Any, hand: Any, name: str, side: int, jaw: Jaw) -> None:
     _servo(spec, name, FINGER_GAIN, GRIP_FORCE)
     for across in (-1, 1):
         _add_blade(finger, side, across, jaw)
-    inner = jaw.apex_open + 0.7
+    inner = jaw.apex_open + SHANK_GAP
     middle, half = (inner + jaw.outside_open) / 2, (jaw.outside_open - inner) / 2
     finger.add_geom(
         name=f"{name}_shank", type=mujoco.mjtGeom.mjGEOM_BOX,

@@ -1,14 +1,19 @@
 """From a scene to a compiled MuJoCo model."""
 
+import math
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from kempelen.core.geometry import Transform
-from kempelen.twin.physics.bodies import add_piece, add_surfaces
+from kempelen.core.geometry import Array, Transform
+from kempelen.twin.physics.bodies import add_piece, add_surfaces, quaternion
 from kempelen.twin.physics.gantry import Jaw, add_gantry
 from kempelen.twin.physics.scene import Scene
+from kempelen.twin.physics.units import METRES
+
+MAX_VIEW = (1920, 1080)
+"""Largest picture, pixels."""
 
 
 def build_model(scene: Scene) -> Any:
@@ -20,9 +25,34 @@ def build_model(scene: Scene) -> Any:
     option.impratio = 10.0
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     option.sleep_tolerance = 2e-3
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a world that breaks must not start anew
     add_surfaces(spec, scene)
     up = Transform(scene.table.robot_from_board.rotation, np.zeros(3))
     for piece in scene.pieces:
         add_piece(spec, piece, scene.shape(piece), up)
     add_gantry(spec, Jaw.of(scene.table.gripper))
+    _add_light_and_camera(spec, scene)
     return spec.compile()
+
+
+def _add_light_and_camera(spec: Any, scene: Scene) -> None:
+    """For views: one lamp, and a camera named ``overview`` that sees board and trays from White's side."""
+    visual = spec.visual
+    visual.quality.offsamples, visual.quality.shadowsize = 0, 1024
+    visual.quality.numslices, visual.quality.numstacks = 16, 8
+    visual.global_.offwidth, visual.global_.offheight = MAX_VIEW
+    side = 8 * scene.table.square
+    robot_from_board = scene.table.robot_from_board
+    lamp = robot_from_board @ np.array([side / 2, side / 2, 1500.0])
+    spec.worldbody.add_light(pos=lamp * METRES, dir=(0.0, 0.0, -1.0))
+    back, up = 1.7 * side, 1.6 * side
+    camera = robot_from_board @ _looking_down(math.atan2(back, up), np.array([side / 2, side / 2 - back, up]))
+    spec.worldbody.add_camera(
+        name="overview", pos=camera.translation * METRES, quat=quaternion(camera), fovy=40.0
+    )
+
+
+def _looking_down(nod: float, where: Array) -> Transform:
+    """Of a camera (x right, y up, looking along -z): from straight down raised by ``nod`` rad towards +y."""
+    c, s = math.cos(nod), math.sin(nod)
+    return Transform(np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]), where)

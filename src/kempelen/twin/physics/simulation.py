@@ -6,6 +6,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array
@@ -15,9 +16,14 @@ from kempelen.twin.physics.scene import Scene, StandingPiece
 from kempelen.twin.physics.state import Sleep, read_state, wake, write_state
 from kempelen.twin.physics.units import METRES
 
+Picture = npt.NDArray[np.uint8]
+
 STILL_SPEED = 1e-3
 """Below this speed (m/s, rad/s) nothing moves."""
 SETTLING_STEPS = 2000
+
+_complaints: list[str] = []
+mujoco.set_mju_user_warning(_complaints.append)  # instead of a log file in the current folder
 
 
 class Simulation:
@@ -89,6 +95,10 @@ class Simulation:
         self._slide_speeds[:] = way * (METRES / dt)
         self.data.ctrl[:] = CLOSE_SPEED if closed else -OPEN_SPEED
         mujoco.mj_step(self.model, self.data, nstep=steps)
+        if _complaints:
+            complaint = _complaints[0].strip()
+            _complaints.clear()
+            raise TwinError(f"The physics broke down: {complaint}", hint="Set the table anew; report how.")
 
     # --- the pieces -----------------------------------------------------------------------------------------
 
@@ -142,6 +152,23 @@ class Simulation:
                 touching.setdefault(low, set()).add(high)
         held = [body for body, fingers in touching.items() if len(fingers) == len(self._finger_bodies)]
         return self._piece_of[held[0]] if held else None
+
+    def picture(self, width: int, height: int, camera: str) -> Picture:
+        """(height, width, 3) RGB view of a camera.
+
+        Raises:
+            TwinError: no OpenGL here, or no such camera.
+        """
+        try:
+            with mujoco.Renderer(self.model, height, width) as renderer:
+                mujoco.mj_kinematics(self.model, self.data)
+                renderer.update_scene(self.data, camera)
+                return np.asarray(renderer.render())
+        except (AttributeError, ImportError, RuntimeError, ValueError, mujoco.FatalError) as error:
+            raise TwinError(
+                f"The twin cannot draw a view of {width} x {height} pixels by camera '{camera}': {error!r}.",
+                hint="Install EGL or OSMesa and set MUJOCO_GL to egl or osmesa.",
+            ) from error
 
     # --- state ----------------------------------------------------------------------------------------------
 

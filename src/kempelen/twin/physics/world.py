@@ -3,6 +3,7 @@
 import base64
 import json
 import math
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -15,7 +16,7 @@ from kempelen.twin.physics.clearance import Clearance
 from kempelen.twin.physics.gantry import Jaw
 from kempelen.twin.physics.person import DRAWER, DRAWER_PITCH, Person
 from kempelen.twin.physics.scene import Scene, StandingPiece
-from kempelen.twin.physics.simulation import Simulation
+from kempelen.twin.physics.simulation import Picture, Simulation
 from kempelen.twin.physics.truth import PieceTruth
 
 TIME_STEP = 0.002
@@ -76,11 +77,6 @@ class World:
         """The tool point (centre between the pads) as it really is, robot frame, mm."""
         x, y, z = self._simulation.tool.tolist()
         return x, y, z
-
-    def place_tool(self, where: tuple[float, float, float]) -> None:
-        """Put the machine somewhere at once, robot frame, mm."""
-        self._simulation.tool = np.asarray(where, dtype=np.float64)
-        self._forget()
 
     def step(self, dt: float, target_mm: tuple[float, float, float], gripper_closed: bool) -> None:  # noqa: FBT001
         """Drive the tool point in a straight line to ``target_mm`` within ``dt`` seconds.
@@ -194,6 +190,27 @@ class World:
                 return number
         names = ", ".join(piece.piece_id for piece in self.scene.pieces)
         raise TwinError(f"The table has no piece '{piece_id}'.", hint=f"It has {names}.")
+
+    def render(self, width: int = 640, height: int = 480, camera: str = "overview") -> Picture:
+        """(height, width, 3) RGB view of a camera, where OpenGL works.
+
+        Raises:
+            TwinError: no OpenGL here, or no such camera.
+        """
+        return self._simulation.picture(width, height, camera)
+
+    # --- the person -----------------------------------------------------------------------------------------
+
+    def ask_person(self, piece_id: str, to: tuple[float, float]) -> Callable[[], bool]:
+        """Let the person take a piece to (x, y), robot frame, mm, onto whatever is there.
+
+        Returns:
+            Whether that is done. Errands queue.
+
+        Raises:
+            TwinError: there is no such piece.
+        """
+        return self.person.take(self._number(piece_id), (*to, self.scene.surface(*to)))
 
     # --- faults ---------------------------------------------------------------------------------------------
 
