@@ -61,8 +61,6 @@ class PtyWire:
     def __init__(self, link: Path | None = None) -> None:
         self._link = link
         self._master = -1
-        self._hung_up = True
-        self._dtr = False
         self._open()
 
     def _open(self) -> None:
@@ -80,7 +78,7 @@ class PtyWire:
                 self._link.unlink()
             self._link.symlink_to(device)
             self.address = str(self._link)
-        self._hung_up = True
+        self._hung_up, self._dtr = True, False
         self._poll = select.poll()
         self._poll.register(self._master, select.POLLIN)
 

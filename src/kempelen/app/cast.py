@@ -1,0 +1,133 @@
+"""Who plays: engines started when needed, people, replays; and the same cast again from the journal."""
+
+from contextlib import AsyncExitStack
+from dataclasses import dataclass
+
+import chess
+from pydantic import JsonValue
+
+from kempelen.app.config import Config
+from kempelen.core.errors import ConfigError
+from kempelen.engines.select import create_engine
+from kempelen.engines.uci import Habits, UciEngine
+from kempelen.engines.wire import OptionValue
+from kempelen.game.modes import Mode, Pairing, TakeOver
+from kempelen.game.pgn import GameScore
+from kempelen.game.players import EnginePlayer, PersonPlayer, Player, ReplayPlayer
+from kempelen.game.records import PairingSpec, PlayerSpec, TakeOverSpec
+
+
+@dataclass(frozen=True)
+class GameRequest:
+    """What the user asked for.
+
+    Attributes:
+        score: The game to replay; needed by mode ``replay``.
+        person_plays: The person's colour in mode ``play``, and after a take-over.
+        take_over_move: Number of the move at which the person takes the replayed game over; None: never.
+        opponent: Engine of the second side in mode ``watch``; empty for the same.
+    """
+
+    mode: Mode
+    start_fen: str = chess.STARTING_FEN
+    score: GameScore | None = None
+    person_plays: chess.Color = chess.WHITE
+    take_over_move: int | None = None
+    opponent: str = ""
+    opponent_level: str = ""
+
+
+class Cast:
+    """Makes players; the engines live as long as ``stack``.
+
+    Args:
+        config: For the engine and its time.
+        stack: Ends what is started here.
+
+    Attributes:
+        person: The one who types moves.
+    """
+
+    def __init__(self, config: Config, stack: AsyncExitStack) -> None:
+        self._config = config
+        self._stack = stack
+        self._engines: dict[tuple[str, str, float], UciEngine] = {}
+        self.person = PersonPlayer("Person")
+
+    async def engine(
+        self, path: str | None = None, level: str | None = None, seconds: float | None = None
+    ) -> EnginePlayer:
+        """An engine's player; None means as configured.
+
+        Raises:
+            EngineError: no such engine, or it does not start.
+            ConfigError: the level is out of range.
+        """
+        chosen = self._config.engine
+        key = (
+            chosen.path if path is None else path,
+            level or chosen.level,
+            chosen.move_time if seconds is None else seconds,
+        )
+        if key not in self._engines:
+            self._engines[key] = await self._stack.enter_async_context(
+                create_engine(*key[:2], self._habits(key[2]))
+            )
+        details: dict[str, JsonValue] = {"engine": key[0], "level": key[1], "move_time": key[2]}
+        return EnginePlayer(self._engines[key], details=details)
+
+    def _habits(self, seconds: float) -> Habits:
+        chosen = self._config.engine
+        seed = self._config.twin.seed or None
+        options: dict[str, OptionValue] = {
+            name: value for name, value in chosen.options.items() if not isinstance(value, float)
+        }
+        return Habits(seconds, chosen.threads, chosen.hash_mb, options, seed)
+
+    async def pairing(self, request: GameRequest) -> Pairing:
+        """The players of a mode.
+
+        Raises:
+            ConfigError: a replay without a game.
+        """
+        match request.mode:
+            case Mode.PLAY:
+                return Pairing.play(self.person, await self.engine(), person_plays=request.person_plays)
+            case Mode.WATCH:
+                white = await self.engine()
+                black = await self.engine(request.opponent or None, request.opponent_level or None)
+                return Pairing.watch(white, black)
+            case _ if request.score is not None:
+                return Pairing.replay(request.score)
+        raise ConfigError("A replay needs a game.", hint="Name a PGN file: kempelen replay FILE.pgn")
+
+    async def take_over(self, request: GameRequest) -> TakeOver | None:
+        """The pairing that takes a replay over, if it was asked for."""
+        if request.take_over_move is None:
+            return None
+        pairing = Pairing.play(self.person, await self.engine(), person_plays=request.person_plays)
+        return TakeOver.at_move(request.take_over_move, pairing, colour=request.person_plays)
+
+    async def again(self, spec: PairingSpec) -> Pairing:
+        """The players that the journal names.
+
+        Raises:
+            EngineError: its engine is not there any more.
+        """
+        return Pairing(Mode(spec.mode), await self._player(spec.white), await self._player(spec.black))
+
+    async def take_over_again(self, spec: TakeOverSpec | None) -> TakeOver | None:
+        """A take-over that the journal still has before it."""
+        return TakeOver(spec.ply, await self.again(spec.pairing)) if spec else None
+
+    async def _player(self, spec: PlayerSpec) -> Player:
+        match spec.kind:
+            case "person":
+                return self.person
+            case "replay":
+                return ReplayPlayer.from_spec(spec)
+            case _:
+                wish = spec.details
+                return await self.engine(
+                    str(wish["engine"]), str(wish["level"]), float(str(wish["move_time"]))
+                )

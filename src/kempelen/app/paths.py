@@ -1,0 +1,28 @@
+"""Where things are kept in the data directory."""
+
+from pathlib import Path
+
+from platformdirs import user_data_path
+
+from kempelen.app.config import PROGRAM
+from kempelen.game.journal import FILE_NAME
+
+
+def data_dir(named: Path | None) -> Path:
+    """The directory named by the user, or the system's usual place."""
+    return named.expanduser() if named else user_data_path(PROGRAM)
+
+
+def journal_path(directory: Path) -> Path:
+    """The journal's file."""
+    return directory / FILE_NAME
+
+
+def pgn_path(directory: Path, game: int) -> Path:
+    """Where a game's PGN is written after every move."""
+    return directory / "games" / f"game-{game}.pgn"
+
+
+def twin_state_path(directory: Path, game: int) -> Path:
+    """Where the twin's table of an unfinished game is kept while no process runs it."""
+    return directory / "twin" / f"game-{game}.json"

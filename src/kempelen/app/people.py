@@ -1,0 +1,164 @@
+"""Who lends a hand when the robot cannot: the operator at the table, or the twin's virtual person."""
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+
+import chess
+
+from kempelen.core.pieces import piece_name
+from kempelen.core.places import Layout, Place, Transfer
+from kempelen.core.table import Table
+from kempelen.twin.client import TwinControl
+
+Ask = Callable[[str], Awaitable[str]]
+YES = frozenset({"y", "yes", "j", "ja", "a", "ano"})
+
+
+class Operator:
+    """A person at a real table, asked in words.
+
+    Args:
+        ask: Shows a sentence and returns what was answered.
+    """
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+        self.interventions = 0
+
+    async def carry(self, transfers: Sequence[Transfer]) -> None:
+        """Wait until the person has made the move."""
+        steps = ", then ".join(f"the {piece_name(t.piece)} from {t.source} to {t.target}" for t in transfers)
+        await self._ask(f"Move {steps}; press Enter when it is done.")
+
+    async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:
+        """Wait until the piece stands there."""
+        self.interventions += 1
+        await self._ask(f"{reason} Stand a {piece_name(piece)} on {place}; press Enter when it is done.")
+
+    async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:
+        """Wait until the place is empty."""
+        self.interventions += 1
+        await self._ask(f"{reason} Take the {piece_name(piece)} off {place}; press Enter when it is done.")
+
+    async def put_right(self, request: str) -> None:
+        """Wait until the table is as the sentence says."""
+        self.interventions += 1
+        await self._ask(f"{request} Press Enter when it is done.")
+
+    async def is_holding(self, piece: chess.Piece) -> bool:
+        """Ask; a sensorless robot cannot know after a reset."""
+        self.interventions += 1
+        return (await self._ask(f"Is the {piece_name(piece)} in the gripper? (y/n)")).strip().lower() in YES
+
+
+class VirtualPerson:
+    """The twin's person: has eyes (the ground truth) and a hand (the physics), like somebody at a real table.
+
+    Args:
+        table: Where the places are.
+        control: The twin's side door.
+        layout: What the game says stands where; asked when the table is to be put right.
+    """
+
+    def __init__(self, table: Table, control: TwinControl, layout: Callable[[], Layout]) -> None:
+        self._table = table
+        self._control = control
+        self._layout = layout
+        self.interventions = 0
+
+    def _at(self, place: Place) -> list[float]:
+        x, y, _ = self._table.centre(place)
+        return [float(x), float(y)]
+
+    async def _stands(self, piece: chess.Piece, place: Place) -> bool:
+        truth = await self._control.ask("truth")
+        x, y = self._at(place)
+        return any(
+            abs(p["x"] - x) < self._table.square / 2
+            and abs(p["y"] - y) < self._table.square / 2
+            and (p["kind"], p["white"]) == (piece.symbol().upper(), piece.color)
+            for p in truth["pieces"]
+        )
+
+    async def carry(self, transfers: Sequence[Transfer]) -> None:
+        """Make a move by hand; what was already done before a restart is left as it is."""
+        for transfer in transfers:
+            if not await self._stands(transfer.piece, transfer.target):
+                where = {"from": self._at(transfer.source), "to": self._at(transfer.target)}
+                await self._control.ask("carry", **where)
+
+    async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:  # noqa: ARG002 - asked of all
+        """Bring a piece out of the drawer."""
+        self.interventions += 1
+        if not await self._stands(piece, place):
+            await self._control.ask(
+                "supply", kind=piece.symbol().upper(), white=piece.color, to=self._at(place)
+            )
+
+    async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:  # noqa: ARG002 - asked of all
+        """Put a piece into the drawer."""
+        self.interventions += 1
+        if await self._stands(piece, place):
+            await self._control.ask("remove", **{"from": self._at(place)})
+
+    async def put_right(self, request: str) -> None:  # noqa: ARG002 - asked of all
+        """Carry every piece that is not where the game says to where it belongs."""
+        self.interventions += 1
+        for place, piece in self._layout().items():
+            if not await self._stands(piece, place) and (stray := await self._stray(piece)) is not None:
+                await self._control.ask("carry", **{"from": stray, "to": self._at(place)})
+
+    async def _stray(self, piece: chess.Piece) -> list[float] | None:
+        """Where a piece of that kind stands that no place of the game accounts for."""
+        truth = await self._control.ask("truth")
+        homes = [self._at(place) for place, other in self._layout().items() if other == piece]
+        near = self._table.square / 2
+        for p in truth["pieces"]:
+            same = (p["kind"], p["white"]) == (piece.symbol().upper(), piece.color)
+            if same and not any(abs(p["x"] - x) < near and abs(p["y"] - y) < near for x, y in homes):
+                return [p["x"], p["y"]]
+        return None
+
+    async def is_holding(self, piece: chess.Piece) -> bool:
+        """Look whether the piece hangs between the pads."""
+        self.interventions += 1
+        truth = await self._control.ask("truth")
+        x, y, z = truth["tool"]
+        return any(
+            abs(p["x"] - x) < self._table.gripper.opening / 2
+            and abs(p["y"] - y) < self._table.gripper.opening / 2
+            and p["z"] < z < p["z"] + self._table.pieces[piece.piece_type].height
+            and (p["kind"], p["white"]) == (piece.symbol().upper(), piece.color)
+            for p in truth["pieces"]
+        )
+
+
+class Answers:
+    """Questions to the person at the terminal, answered with the next typed line.
+
+    Args:
+        say: Shows a sentence.
+    """
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._open: asyncio.Future[str] | None = None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the next typed line is an answer."""
+        return self._open is not None
+
+    async def ask(self, question: str) -> str:
+        """Show a question and wait."""
+        self._say(question)
+        self._open = asyncio.get_running_loop().create_future()
+        try:
+            return await self._open
+        finally:
+            self._open = None
+
+    def answer(self, text: str) -> None:
+        """Give the answer."""
+        if self._open is not None and not self._open.done():
+            self._open.set_result(text)

@@ -1,0 +1,138 @@
+"""A table that is up: the wire's far end (twin or machine), the robot, the hand."""
+
+import hashlib
+import json
+import tempfile
+from contextlib import AsyncExitStack
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Self
+
+from kempelen.app.calibration_file import load_calibration
+from kempelen.app.config import Config
+from kempelen.core.errors import ConfigError
+from kempelen.core.fit import require_fit
+from kempelen.core.places import Layout
+from kempelen.core.protocols import Robot
+from kempelen.core.table import Table
+from kempelen.robots.hand import CartesianHand
+from kempelen.twin.client import TwinProcess
+from kempelen.twin.spec import TwinSpec
+
+ROBOTS = "kempelen.robots"
+
+
+def robot_kinds() -> list[str]:
+    """Names of the installed drivers."""
+    return sorted(point.name for point in entry_points(group=ROBOTS))
+
+
+def make_robot(config: Config, port: str, table: Table) -> Robot:
+    """The driver that the configuration names; no I/O yet.
+
+    Raises:
+        ConfigError: no such driver.
+    """
+    found = entry_points(group=ROBOTS, name=config.robot.kind)
+    if not found:
+        raise ConfigError(
+            f"There is no driver for a robot of kind '{config.robot.kind}'.",
+            hint=f"Installed: {', '.join(robot_kinds())}.",
+        )
+    robot: Robot = next(iter(found)).load()(port, table, config.robot.options)
+    return robot
+
+
+def digest(table: Table) -> str:
+    """Identifies table and calibration in the journal."""
+    described = {
+        "pose": table.robot_from_board.matrix.round(4).tolist(),
+        "square": round(table.square, 4),
+        "trays": [tray.model_dump() for tray in table.trays],
+        "pieces": table.pieces.model_dump(),
+    }
+    return hashlib.sha256(json.dumps(described, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def calibrated_table(config: Config) -> Table:
+    """The table as configured and calibrated, checked for fit.
+
+    Raises:
+        FitError: something does not fit; the message says what and by how much.
+        CalibrationError: the calibration file is damaged.
+    """
+    table = config.build_table(load_calibration(config.calibration_path))
+    require_fit(table)
+    return table
+
+
+def twin_speed(config: Config) -> float:
+    """The twin's time scale; 0 for as fast as it can."""
+    return 0.0 if config.twin.speed == "max" else float(config.twin.speed)
+
+
+class TableSession:
+    """Async context manager: everything from the wire up to the hand.
+
+    Args:
+        config: What to connect to.
+        table: Where things are.
+        layout: What stands where when the twin's table is laid.
+        state: File that keeps the twin's table between runs.
+        resume: Whether to go on from ``state``.
+
+    Attributes:
+        twin: Its process; None on a real machine or a twin of somebody else's.
+    """
+
+    def __init__(self, config: Config, table: Table, layout: Layout, *, state: Path, resume: bool) -> None:
+        self._config = config
+        self.table = table
+        self._layout = layout
+        self._state = state
+        self._resume = resume
+        self._stack = AsyncExitStack()
+        self.twin: TwinProcess | None = None
+
+    async def __aenter__(self) -> Self:
+        """Start the twin if it is wanted, connect the robot.
+
+        Raises:
+            TwinError: the twin does not start.
+            LinkError: the port does not answer as a robot.
+            SettingsError: the controller's settings do not fit.
+        """
+        try:
+            port = await self._far_end()
+            self.robot = await self._stack.enter_async_context(make_robot(self._config, port, self.table))
+            planner = self._config.planner
+            self.hand = CartesianHand(
+                self.robot, self.table, planner=planner.name, clearances=planner.clearances
+            )
+        except BaseException:
+            await self._stack.aclose()
+            raise
+        return self
+
+    async def _far_end(self) -> str:
+        if not self._config.on_twin:
+            return self._config.robot.port
+        folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="kempelen-"))
+        self._state.parent.mkdir(parents=True, exist_ok=True)
+        spec = TwinSpec.of(
+            self.table,
+            self._layout,
+            control=Path(folder) / "control",
+            speed=twin_speed(self._config),
+            seed=self._config.twin.seed,
+            scatter=self._config.twin.scatter,
+            baud=self._config.twin.baud,
+            state=str(self._state),
+            resume=self._resume,
+        )
+        self.twin = await self._stack.enter_async_context(TwinProcess(spec))
+        return self.twin.address
+
+    async def __aexit__(self, *exc: object) -> None:
+        """Robot at rest, port free, twin put away."""
+        await self._stack.aclose()
