@@ -56,18 +56,23 @@ class Finding:
         return f"{self.what}: {amount} too much. {self.mend}"
 
 
-def check_fit(table: Table) -> list[Finding]:
-    """Everything on the table that does not fit, nothing if all does."""
-    return [finding for check in _CHECKS for finding in check(table)]
+def check_fit(table: Table, carry_clearance: float = CARRY_CLEARANCE) -> list[Finding]:
+    """Everything on the table that does not fit, nothing if all does.
+
+    Args:
+        table: To be checked.
+        carry_clearance: Gap that the planner keeps between a carried piece and those below it, mm.
+    """
+    return [*_lift(table, carry_clearance), *(finding for check in _CHECKS for finding in check(table))]
 
 
-def require_fit(table: Table) -> None:
-    """Refuse a table on which something does not fit.
+def require_fit(table: Table, carry_clearance: float = CARRY_CLEARANCE) -> None:
+    """Refuse a table on which something does not fit; arguments as for `check_fit`.
 
     Raises:
         FitError: with all the findings.
     """
-    findings = check_fit(table)
+    findings = check_fit(table, carry_clearance)
     if findings:
         count = "One thing does" if len(findings) == 1 else f"{len(findings)} things do"
         raise FitError(
@@ -107,11 +112,11 @@ def _beyond(space: WorkSpace, place: Place, axis: int, value: float) -> Iterator
         )
 
 
-def _lift(table: Table) -> Iterator[Finding]:
+def _lift(table: Table, clearance: float) -> Iterator[Finding]:
     """The tallest piece can be carried over the tallest piece."""
     surface = max(float(table.centre(place)[2]) for place in table.places)
     grip = max(table.pieces[kind].grip_height for kind in KINDS)
-    needed = surface + table.pieces.tallest + CARRY_CLEARANCE + grip
+    needed = surface + table.pieces.tallest + clearance + grip
     missing = needed - table.space.upper[2]
     if missing > _EPSILON:
         yield Finding(
@@ -308,7 +313,6 @@ def _worst_pair(table: Table, gaps: Array) -> tuple[float, Place, Place]:
 
 _CHECKS: tuple[Callable[[Table], Iterator[Finding]], ...] = (
     _reach,
-    _lift,
     _finger_tips,
     _spacing,
     _trays_and_board,
