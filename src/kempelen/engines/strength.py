@@ -180,13 +180,17 @@ def _sampled_plan(elo: int, multipv: chess.engine.Option) -> SearchPlan:
 
 
 def temperature(elo: float) -> float:
-    """Centipawns by which a move must be worse to be chosen e times less often."""
-    return 250.0 * math.exp((_ELO_LEAST - elo) / 600.0)
+    """Centipawns by which a move must be worse to be chosen e times less often.
+
+    Fitted, with the depth, by matches of 16 games on Stockfish 17.1 at 30 ms per move: sampled at 1275 it
+    scores 47 % against UCI_Elo 1320; at 900 it scores 28 % against Maia 1100.
+    """
+    return 250.0 * math.exp((_ELO_LEAST - elo) / 550.0)
 
 
 def _depth(elo: float) -> int:
-    """Half-moves of a sampled search: 2 for a beginner, 8 at most."""
-    return min(8, 2 + round((elo - _ELO_LEAST) / 200.0))
+    """Half-moves of a sampled search: 3 for a beginner, 8 at most."""
+    return min(8, 3 + round((elo - _ELO_LEAST) / 250.0))
 
 
 def _sample_lines(findings: Findings, dice: random.Random, centipawns: float) -> EngineChoice:

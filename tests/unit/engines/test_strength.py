@@ -135,7 +135,7 @@ def frequencies(plan: SearchPlan, findings: Findings, n: int = 4000) -> dict[che
 
 def test_a_beginner_errs_by_the_softmax() -> None:
     plan = plan_for(Level(Means.SCALE, 1), STOCKFISH)
-    assert (plan.lines, plan.depth) == (64, 2)
+    assert (plan.lines, plan.depth) == (64, 3)
     share = frequencies(plan, lines((E4, 0, None), (D4, -250, None)))
     assert share[E4] == pytest.approx(1 / (1 + 0.36788), abs=0.02)
 
