@@ -60,7 +60,7 @@ def _chord(velocity: _Pair, rate: _Pair, limits: _Pair, deviation: float) -> flo
     if turn < _TURNLESS:
         return float("inf")
     step = 0.0
-    for _ in range(3):
+    for _ in range(2):
         ms, mz = vs + 0.5 * rate_s * step, vz + 0.5 * rate_z * step
         squared = ms * ms + mz * mz
         speed = sqrt(squared)

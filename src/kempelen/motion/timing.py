@@ -33,7 +33,7 @@ def travel_seconds(vertices: Array, space: WorkSpace) -> float:
 
 def _axis_limit(units: Array, limits: tuple[float, float, float]) -> Array:
     """Largest magnitude (m,) along ``units`` (m, 3) that keeps every axis within its limit."""
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         limit: Array = (np.asarray(limits) / np.abs(units)).min(axis=1)
     return limit
 
