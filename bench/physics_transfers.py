@@ -11,7 +11,6 @@ import json
 import math
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import chess
@@ -20,91 +19,10 @@ import numpy as np
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.places import Place
 from kempelen.core.table import Table, start_layout
-from kempelen.twin.physics.scene import KINDS_BY_LETTER, Scene
-from kempelen.twin.physics.world import World
+from kempelen.testing.world_driver import WorldDriver
+from kempelen.twin.physics import Scene, World
 
-TICK = 0.008
-ROOM = 8.0
 WORTH_SHOWING = 0.5
-
-
-@dataclass(frozen=True)
-class Profile:
-    """Trapezoid from a to b, mm, s."""
-
-    start: float
-    way: float
-    speed: float
-    rate: float
-
-    @property
-    def ramp(self) -> float:
-        """Time of acceleration."""
-        return min(self.speed, math.sqrt(self.rate * abs(self.way))) / self.rate
-
-    @property
-    def seconds(self) -> float:
-        """Whole time."""
-        top = self.ramp * self.rate
-        return abs(self.way) / top + self.ramp if top else 0.0
-
-    def at(self, t: float) -> float:
-        """Position at a time; holds before and after."""
-        whole, ramp = self.seconds, self.ramp
-        if t <= 0 or whole == 0:
-            return self.start
-        if t >= whole:
-            return self.start + self.way
-        gone = self.rate * min(t, ramp) ** 2 / 2 + self.rate * ramp * max(min(t, whole - ramp) - ramp, 0.0)
-        if t > whole - ramp:
-            gone = abs(self.way) - self.rate * (whole - t) ** 2 / 2
-        return self.start + math.copysign(gone, self.way)
-
-
-class Driver:
-    """Drives a world through transfers."""
-
-    def __init__(self, world: World, speed: float, rate: float) -> None:
-        self.world = world
-        self.table = world.scene.table
-        self._speed, self._rate = speed, rate
-        self.robot_seconds = 0.0
-
-    def _profile(self, a: float, b: float) -> Profile:
-        return Profile(a, b - a, self._speed, self._rate)
-
-    def wait(self, seconds: float, *, closed: bool) -> None:
-        """Stand still."""
-        here = self.world.tool_mm
-        for _ in range(math.ceil(seconds / TICK - 1e-9)):
-            self.world.step(TICK, here, closed)
-
-    def go(self, goal: Array, top: float, *, closed: bool) -> None:
-        """Up to ``top`` mm, across, down, with the axes overlapping where there is room."""
-        x, y, z = self.world.tool_mm
-        up, down = self._profile(z, max(top, z)), self._profile(max(top, z), float(goal[2]))
-        across = self._profile(x, float(goal[0])), self._profile(y, float(goal[1]))
-        overlap = math.sqrt(2 * ROOM / self._rate)
-        begin = max(up.seconds - overlap, 0.0)
-        arrive = begin + max(p.seconds for p in across)
-        drop = max(arrive - overlap, up.seconds)
-        ticks = math.ceil(max(drop + down.seconds, arrive) / TICK)
-        for k in range(1, ticks + 1):
-            t = k * TICK
-            height = down.at(t - drop) if t > drop else up.at(t)
-            self.world.step(TICK, (across[0].at(t - begin), across[1].at(t - begin), height), closed)
-
-    def transfer(self, kind: str, source: Place, target: Place) -> float:
-        """Fetch, carry, release; returns the robot's time, s."""
-        number = KINDS_BY_LETTER[kind]
-        gripper, start = self.table.gripper, self.world.time
-        tallest = self.table.pieces.tallest
-        self.go(self.table.grip_point(source, number), tallest + gripper.below_tool + ROOM, closed=False)
-        self.wait(gripper.close_seconds, closed=True)
-        lift = tallest + self.table.pieces[number].grip_height + ROOM
-        self.go(self.table.release_point(target, number), lift, closed=True)
-        self.wait(gripper.open_seconds, closed=False)
-        return self.world.time - start
 
 
 def measure(args: argparse.Namespace) -> dict[str, float]:
@@ -114,7 +32,7 @@ def measure(args: argparse.Namespace) -> dict[str, float]:
     world = World(Scene.from_layout(table, start_layout(table, chess.Board()), seed=args.seed))
     where = {p.piece_id: _place_under(table, p.x, p.y) for p in world.scene.pieces}
     rng = np.random.default_rng(args.seed)
-    driver = Driver(world, args.speed, args.rate)
+    driver = WorldDriver(world, speed=args.speed, rate=args.rate)
     errors, moved, seconds, toppled = [], [0.0], [], 0
     wall = 0.0
     for _ in range(args.transfers):
@@ -122,7 +40,7 @@ def measure(args: argparse.Namespace) -> dict[str, float]:
         taken = set(where.values())
         free = [place for place in table.places if place not in taken]
         source, target = where[piece.piece_id], free[rng.integers(len(free))]
-        _scatter(world, piece.piece_id, table.centre(source), args.scatter, rng)
+        _scatter(driver, piece.piece_id, table.centre(source), args.scatter, rng)
         before = {p.piece_id: p for p in world.pieces()}
         begun = time.perf_counter()
         seconds.append(driver.transfer(piece.kind, source, target))
@@ -155,14 +73,13 @@ def _place_under(table: Table, x: float, y: float) -> Place:
     return min(table.places, key=lambda place: math.dist(table.centre(place)[:2], (x, y)))
 
 
-def _scatter(world: World, piece_id: str, centre: Array, scatter: float, rng: np.random.Generator) -> None:
+def _scatter(
+    driver: WorldDriver, piece_id: str, centre: Array, scatter: float, rng: np.random.Generator
+) -> None:
     radius, angle = scatter * math.sqrt(rng.random()), rng.uniform(0, math.tau)
     x, y = float(centre[0] + radius * math.cos(angle)), float(centre[1] + radius * math.sin(angle))
-    world.place(piece_id, x, y, turn=rng.uniform(0, math.tau))
-    for _ in range(100):
-        if world.settled():
-            return
-        world.step(TICK, world.tool_mm, gripper_closed=False)
+    driver.world.place(piece_id, x, y, turn=rng.uniform(0, math.tau))
+    driver.settle(closed=False)
 
 
 def main() -> None:

@@ -76,8 +76,8 @@ class Jaw:
         least = gripper.opening / 2 * (math.sqrt(2) - 1) + SHANK_GAP + THINNEST_SHANK
         if gripper.finger_thickness < least:
             raise FitError(
-                f"The gripper's fingers are {gripper.finger_thickness} mm thick; a notch of 45° for an opening of "
-                f"{gripper.opening} mm needs at least {least:.1f} mm.",
+                f"The gripper's fingers are {gripper.finger_thickness} mm thick; a notch that opens to "
+                f"{gripper.opening} mm needs {least:.1f} mm.",
                 hint="Set the gripper's finger_thickness in the configuration.",
             )
         return cls(
