@@ -1,0 +1,171 @@
+"""The homing cycle: seek, pull off, touch again slowly, pull off; z alone first, then x and y together."""
+
+from math import inf, sqrt
+from typing import Any
+
+from kempelen.twin.grbl.machine import Machine
+from kempelen.twin.grbl.motion import Ramp
+from kempelen.twin.grbl.planner import along
+from kempelen.twin.grbl.settings import Settings, Vec
+from kempelen.twin.grbl.status import Alarm
+
+_CYCLES = ((2,), (0, 1))
+_SEARCH = 1.5  # of the travel, how far to look for a switch
+_LOCATE = 5.0  # of the pull-off, how far to look for it the second time
+_PASSES = 4  # approach, pull off, approach, pull off
+
+
+class HomingCycle:
+    """One ``$H``, from its start until it is done or has failed.
+
+    Args:
+        settings: $23 to $27, rates, accelerations and travels.
+        machine: Is driven.
+
+    Attributes:
+        failure: Why it failed; NONE while all is well.
+        done: Whether it has ended well.
+    """
+
+    __slots__ = (
+        "_axes", "_cycle", "_elapsed", "_locked", "_machine", "_pass", "_pause", "_ramp", "_resting", "_settings",
+        "_start", "done", "failure",
+    )  # fmt: skip
+
+    def __init__(self, settings: Settings, machine: Machine) -> None:
+        self._settings = settings
+        self._machine = machine
+        self._cycle = 0
+        self._pass = 0
+        self._pause = 0.0
+        self._resting = False
+        self.done = False
+        self.failure = Alarm.NONE
+        self._begin()
+
+    def _begin(self) -> None:
+        settings = self._settings
+        self._axes = _CYCLES[self._cycle]
+        self._elapsed = 0.0
+        self._locked: set[int] = set()
+        self._start = self._machine.motor
+        pull_off = settings[27]
+        if self._pass == 0:
+            distance = _SEARCH * max(settings.travel[axis] for axis in self._axes)
+        else:
+            distance = pull_off * _LOCATE if self._approaching else pull_off
+        rate = (settings[24] if self._pass == 2 else settings[25]) / 60.0  # noqa: PLR2004 - the second touch
+        share = 1.0 / sqrt(len(self._axes))
+        unit: Vec = tuple(share if axis in self._axes else 0.0 for axis in range(3))  # type: ignore[assignment]
+        speed = min(rate, along(settings.rate, unit) * share)
+        acceleration = along(settings.acceleration, unit) * share
+        self._ramp = Ramp.over(distance, 0.0, max(speed, 1.0 / 60.0), 0.0, acceleration)
+        if self._approaching:
+            self._lock()
+
+    @property
+    def _approaching(self) -> bool:
+        return self._pass % 2 == 0
+
+    def _direction(self, axis: int) -> float:
+        towards_minimum = bool(int(self._settings[23]) & (1 << axis))
+        return -1.0 if towards_minimum == self._approaching else 1.0
+
+    def _lock(self) -> None:
+        self._locked |= {axis for axis in self._axes if self._machine.closed(axis)}
+
+    def time_left(self) -> float:
+        """Until the next thing happens, s."""
+        if self._resting:
+            return max(self._pause, 0.0)
+        left = self._ramp.duration - self._elapsed
+        if self._approaching:
+            if len(self._locked) == len(self._axes):
+                return 0.0
+            left = min(left, min(self._touches()) - self._elapsed)
+        return max(left, 0.0)
+
+    def _touches(self) -> list[float]:
+        """When each axis still under way reaches its switch, on the ramp's clock."""
+        covered = self._ramp.at(self._elapsed)[0]
+        times = [inf]
+        for axis in self._axes:
+            if axis not in self._locked:
+                ahead = self._machine.distance_to_change(axis, self._direction(axis))
+                times.append(self._ramp.time_at(covered + ahead) if ahead < inf else inf)
+        return times
+
+    def run(self, dt: float) -> None:
+        """Let ``dt`` seconds pass, not more than `time_left`."""
+        if self._resting:
+            self._pause -= dt
+            return
+        self._elapsed += dt
+        covered = self._ramp.at(self._elapsed)[0]
+        motor = list(self._machine.motor)
+        for axis in self._axes:
+            if axis not in self._locked:
+                motor[axis] = self._start[axis] + self._direction(axis) * covered
+        self._machine.follow((motor[0], motor[1], motor[2]))
+
+    def event(self) -> None:
+        """`time_left` has run out."""
+        if self._resting:
+            self._resting = False
+            self._next()
+            return
+        ended = self._elapsed >= self._ramp.duration
+        if self._approaching:
+            self._lock()
+            if len(self._locked) < len(self._axes):
+                if ended:
+                    self.failure = Alarm.HOMING_APPROACH
+                return
+        elif not ended:
+            return
+        elif any(self._machine.closed(axis) for axis in self._axes):
+            self.failure = Alarm.HOMING_PULL_OFF
+            return
+        self._pause, self._resting = self._settings[26] / 1000.0, True
+
+    def _next(self) -> None:
+        self._pass += 1
+        if self._pass == _PASSES:
+            self._pass = 0
+            self._cycle += 1
+        self.done = self._cycle == len(_CYCLES)
+        if not self.done:
+            self._begin()
+
+    def origin(self) -> Vec:
+        """What to call the place where the carriage stands after success, mm."""
+        settings = self._settings
+        pull_off, mask = settings[27], int(settings[23])
+        x, y, z = (pull_off - settings.travel[axis] if mask & (1 << axis) else -pull_off for axis in range(3))
+        return (x, y, z)
+
+    def snapshot(self) -> dict[str, Any]:
+        """JSON-able."""
+        return {
+            "cycle": self._cycle,
+            "pass": self._pass,
+            "pause": self._pause,
+            "resting": self._resting,
+            "elapsed": self._elapsed,
+            "locked": sorted(self._locked),
+            "start": list(self._start),
+            "failure": int(self.failure),
+            "done": self.done,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """The inverse of `snapshot`; the machine has been restored before."""
+        self._cycle, self._pass = int(state["cycle"]), int(state["pass"])
+        self.done, self.failure = bool(state["done"]), Alarm(state["failure"])
+        if not self.done:
+            self._begin()
+        self._pause, self._elapsed = float(state["pause"]), float(state["elapsed"])
+        self._resting = bool(state["resting"])
+        self._locked = set(state["locked"])
+        x, y, z = state["start"]
+        self._start = (x, y, z)
