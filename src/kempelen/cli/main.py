@@ -10,6 +10,9 @@ from rich.console import Console
 from kempelen import __version__
 from kempelen.cli import games, records
 from kempelen.cli.bench import bench
+from kempelen.cli.calibrate import calibrate_board
+from kempelen.cli.doctor import config, doctor
+from kempelen.cli.jog import jog
 from kempelen.cli.twin import twin
 from kempelen.core.errors import KempelenError
 
@@ -38,8 +41,18 @@ def _common(
     """The chess robot that anyone can run."""
 
 
-for command in (games.play, games.watch, games.replay, games.resume, records.games, records.pgn, bench, twin):
-    app.command()(command)
+app.command()(games.play)
+app.command()(games.watch)
+app.command()(games.replay)
+app.command()(games.resume)
+app.command()(records.games)
+app.command()(records.pgn)
+app.command("calibrate")(calibrate_board)
+app.command()(jog)
+app.command()(doctor)
+app.command()(config)
+app.command()(bench)
+app.command()(twin)
 
 
 def main() -> None:

@@ -76,7 +76,7 @@ class TwinControl:
 
 
 class TwinProcess:
-    """A twin of our own. Async context manager: starts the process, ends it, keeps its state if the spec says so.
+    """A twin of our own. Async context manager: starts the process, ends it, keeps its state if told to.
 
     Args:
         spec: What to simulate.

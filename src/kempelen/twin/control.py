@@ -1,7 +1,7 @@
-"""The twin's side door: ground truth for tests, reports and views; orders to the virtual person; faults on demand.
+"""The twin's side door: ground truth for tests, reports and views, orders to the virtual person, faults.
 
-A Unix socket with one JSON object a line: ``{"id": 1, "op": "truth"}`` → ``{"id": 1, "ok": true, ...}`` or
-``{"id": 1, "ok": false, "error": "..."}``. No driver, tracker or arbiter may use it (decision 1).
+A Unix socket with one JSON object a line: ``{"id": 1, "op": "truth"}`` is answered by ``{"id": 1, "ok": true,
+...}`` or ``{"id": 1, "ok": false, "error": "..."}``. No driver, tracker or arbiter may use it (decision 1).
 """
 
 import json

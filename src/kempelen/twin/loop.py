@@ -1,9 +1,9 @@
 """The twin's one loop: bytes in, controller, physics, bytes out.
 
-Time runs at a chosen scale. At a finite scale the loop keeps pace with the wall clock. "As fast as it can" has two rules:
-while the robot works, a step follows the other; while it rests, time passes as on the wall, so that a host that
-thinks is not billed hours. And since at sixty times real time even a prompt host would look like a slow one, the
-loop waits a moment for it when the planner runs low and nothing is on the line (`VirtualGrbl.starving`).
+Time runs at a chosen scale. At a finite scale the loop keeps pace with the wall clock. "As fast as it can" has
+two rules: while the robot works, one step follows the other; while it rests, time passes as on the wall, so that
+a host that thinks is not billed hours. And since at sixty times real time even a prompt host would look slow,
+the loop waits a moment for it when the planner runs low and nothing is on the line (`VirtualGrbl.starving`).
 """
 
 import select
@@ -62,7 +62,7 @@ class TwinLoop:
         """Where the driver connects."""
         return self._wire.address
 
-    # --- the loop ----------------------------------------------------------------------------------------------
+    # --- the loop ------------------------------------------------------------------------------------------
 
     def run(self) -> None:
         """Until told to stop, by the control socket, a signal or the parent's death."""
@@ -152,7 +152,7 @@ class TwinLoop:
     def _gripper_closed(self) -> bool:
         return not self._controller.flood_on
 
-    # --- the side door -----------------------------------------------------------------------------------------
+    # --- the side door -------------------------------------------------------------------------------------
 
     def _handlers(self) -> dict[str, Any]:
         return {
@@ -249,7 +249,7 @@ class TwinLoop:
         self._stop = True
         return {}
 
-    # --- the end -----------------------------------------------------------------------------------------------
+    # --- the end -------------------------------------------------------------------------------------------
 
     def _wind_down(self) -> None:
         """What is in the controller's buffer is still driven, as on a real machine; then the table is kept."""

@@ -1,8 +1,8 @@
 """The far end of the wire: where a host's driver finds the virtual controller.
 
-Both ends are non-blocking; the loop polls them. A pseudo-terminal models DTR as a serial adapter on Linux does: opening
-raises it, and a rising edge resets the board. Closing lowers it again unless the last user had cleared ``HUPCL``
-(termios(3)), which is how a host keeps the board running across its own death.
+Both ends are non-blocking; the loop polls them. A pseudo-terminal models DTR as a serial adapter on Linux
+does: opening raises it, and a rising edge resets the board. Closing lowers it again unless the last user
+had cleared ``HUPCL`` (termios(3)), which is how a host keeps the board running across its own death.
 """
 
 import errno
