@@ -1,26 +1,29 @@
 """Tables, positions and transfers for the tests of motion."""
 
 import random
+from itertools import pairwise
 from math import hypot
 
 import chess
 import numpy as np
 from hypothesis import strategies as st
 
-from kempelen.core.geometry import Transform
+from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import PRESETS
 from kempelen.core.places import Layout, Place, Transfer
+from kempelen.core.surfaces import Point
 from kempelen.core.table import Gripper, Table, Tray, WorkSpace
 
 WIDE = WorkSpace(lower=(-900.0, -900.0, -60.0), upper=(900.0, 900.0, 280.0))
 KING, QUEEN, PAWN = (chess.Piece(kind, chess.WHITE) for kind in (chess.KING, chess.QUEEN, chess.PAWN))
 
 
-def point(array):
-    return tuple(float(v) for v in array)
+def point(array: Array) -> Point:
+    x, y, z = (float(v) for v in array)
+    return x, y, z
 
 
-def placed(**pieces):
+def placed(**pieces: str) -> Layout:
     """``placed(e2="P", left1="q")``."""
     return Layout({Place(name): chess.Piece.from_symbol(symbol) for name, symbol in pieces.items()})
 
@@ -43,8 +46,8 @@ def random_transfer(layout: Layout, table: Table, rng: random.Random) -> Transfe
 
 
 @st.composite
-def tables(draw) -> Table:
-    """Any rotation, offset, square size with a set that fits it, trays at other heights, gripper at any angle."""
+def tables(draw: st.DrawFn) -> Table:
+    """Any rotation, offset, square size, trays at other heights, gripper at any angle."""
     scale = draw(st.floats(1.0, 1.25))
     square = 50.0 * scale
     heights = [draw(st.sampled_from([0.0, -25.0, 15.0])) for _ in range(2)]
@@ -66,14 +69,14 @@ def tables(draw) -> Table:
     )
 
 
-def samples(vertices, step=0.5):
+def samples(vertices: Array, step: float = 0.5) -> Array:
     """Points along a polyline, no farther apart than ``step`` mm."""
     out = [vertices[:1]]
-    for a, b in zip(vertices[:-1], vertices[1:], strict=True):
+    for a, b in pairwise(vertices):
         count = max(int(np.ceil(np.linalg.norm(b - a) / step)), 1)
         out.append(a + (b - a) * np.linspace(0, 1, count + 1)[1:, None])
     return np.concatenate(out)
 
 
-def distance_to_box(x, y, box):
+def distance_to_box(x: float, y: float, box: tuple[float, float, float, float]) -> float:
     return hypot(max(box[0] - x, x - box[1], 0.0), max(box[2] - y, y - box[3], 0.0))

@@ -25,7 +25,7 @@ def driven(profile: Profile, time: float) -> tuple[float, float]:
 
 
 @given(DISTANCES, SPEEDS, RATES)
-def test_it_ends_at_rest_where_it_should(distance, speed, rate):
+def test_it_ends_at_rest_where_it_should(distance: float, speed: float, rate: float) -> None:
     profile = Profile.over(distance, speed, rate)
     end, last = driven(profile, profile.seconds)
     assert end == pytest.approx(distance, rel=1e-9, abs=1e-9)
@@ -33,7 +33,9 @@ def test_it_ends_at_rest_where_it_should(distance, speed, rate):
 
 
 @given(DISTANCES, SPEEDS, RATES, st.floats(0, 1))
-def test_passing_times_agree_with_the_driven_motion(distance, speed, rate, share):
+def test_passing_times_agree_with_the_driven_motion(
+    distance: float, speed: float, rate: float, share: float
+) -> None:
     profile = Profile.over(distance, speed, rate)
     position, now = driven(profile, profile.passing(share * distance))
     assert position == pytest.approx(share * distance, rel=1e-6, abs=1e-6)
@@ -41,7 +43,7 @@ def test_passing_times_agree_with_the_driven_motion(distance, speed, rate, share
 
 
 @given(DISTANCES, SPEEDS, RATES)
-def test_no_faster_than_the_limits_allow(distance, speed, rate):
+def test_no_faster_than_the_limits_allow(distance: float, speed: float, rate: float) -> None:
     seconds = Profile.over(distance, speed, rate).seconds
     assert seconds >= distance / speed
     assert seconds >= 2 * (distance / rate) ** 0.5 * (1 - 1e-12)
@@ -49,24 +51,24 @@ def test_no_faster_than_the_limits_allow(distance, speed, rate):
 
 
 @given(DISTANCES, SPEEDS, RATES, st.floats(0, 1))
-def test_seen_backwards_it_is_the_same(distance, speed, rate, share):
+def test_seen_backwards_it_is_the_same(distance: float, speed: float, rate: float, share: float) -> None:
     profile = Profile.over(distance, speed, rate)
     there, back = profile.passing(share * distance), profile.passing((1 - share) * distance)
     assert there + back == pytest.approx(profile.seconds, rel=1e-6, abs=1e-7)
 
 
 @given(DISTANCES, st.floats(1, 300), st.floats(0, 1))
-def test_a_farther_goal_is_never_passed_later_on_the_way(distance, more, share):
+def test_a_farther_goal_is_never_passed_later_on_the_way(distance: float, more: float, share: float) -> None:
     near, far = Profile.over(distance, 300, 1500), Profile.over(distance + more, 300, 1500)
     assert far.passing(share * distance) <= near.passing(share * distance) + 1e-9
 
 
-def test_no_distance_no_motion():
+def test_no_distance_no_motion() -> None:
     profile = Profile.over(0.0, 300, 1500)
     assert (profile.seconds, profile.switches(1.0), profile.passing(5.0)) == (0.0, [], 0.0)
 
 
-def test_by_hand():
+def test_by_hand() -> None:
     profile = Profile.over(90.0, 300.0, 1500.0)  # 0.2 s up, 0.1 s at speed, 0.2 s down
     assert profile.seconds == pytest.approx(0.5)
     assert [profile.passing(d) for d in (-1.0, 30.0, 45.0, 60.0, 90.0, 99.0)] == pytest.approx(
