@@ -1,9 +1,10 @@
 """Which program thinks: the one that the user names, else Stockfish on PATH, else the bundled one."""
 
 import os
+import shlex
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Self
@@ -64,7 +65,7 @@ class Shelf:
         """The engine to start.
 
         Args:
-            named: A path, the name of a program on PATH, or empty for the best at hand.
+            named: A path or the name of a program on PATH, arguments included; empty for the best at hand.
 
         Raises:
             EngineError: There is none, or the named one is missing or not executable.
@@ -104,6 +105,9 @@ class Shelf:
         path = Path(named).expanduser()
         if found := shutil.which(named, path=self.search_path):
             return EngineProgram(Path(found).name, (found,), Source.NAMED)
+        if not path.exists() and len(words := _words(named)) > 1:
+            program = self._named(words[0])
+            return replace(program, command=program.command + words[1:])
         if not path.exists():
             raise EngineError(
                 f"The engine '{named}' is neither a file nor a program on PATH.",
@@ -114,3 +118,11 @@ class Shelf:
         if not os.access(path, os.X_OK):
             raise EngineError(f"The engine '{named}' is not executable.", hint=f"Allow it: chmod +x {path}")
         return EngineProgram(path.name, (str(path.resolve()),), Source.NAMED)
+
+
+def _words(command: str) -> tuple[str, ...]:
+    """The parts of a command line; none where a quotation mark is left open."""
+    try:
+        return tuple(shlex.split(command))
+    except ValueError:
+        return ()

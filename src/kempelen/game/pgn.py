@@ -7,7 +7,6 @@ over. Nothing is skipped in silence: what cannot be read or played is an error t
 import io
 import os
 import re
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -109,7 +108,8 @@ def title(headers: Mapping[str, str]) -> str:
     """Players, result, event and date as far as they are known, in one line."""
     players = f"{headers.get('White') or '?'} vs {headers.get('Black') or '?'}"
     known = (headers.get(tag, "") for tag in ("Result", "Event", "Date"))
-    return ", ".join([players, *(text for text in known if text.strip("?.* "))])
+    text = ", ".join([players, *(value for value in known if value.strip("?.* "))])
+    return "".join(letter for letter in text if letter.isprintable())  # a tag must not steer the terminal
 
 
 def read_game(
@@ -227,7 +227,6 @@ class _GameReader:
         self._headers, self._faulty, begin = _headers(lines)
         self._text = "\n".join(lines[begin:])
         self._first_line = game.line + begin
-        self._line_starts = [0, *(m.end() for m in re.finditer("\n", self._text))]
         self._board = chess.Board()
         self._moves: list[chess.Move] = []
         self._variations: list[int] = []  # where each open one began
@@ -337,7 +336,7 @@ class _GameReader:
             raise self._error(len(self._text.rstrip()), "the game has neither moves nor a result", _CUT_HINT)
 
     def _line_of(self, position: int) -> int:
-        return self._first_line + bisect_right(self._line_starts, position) - 1
+        return self._first_line + self._text.count("\n", 0, position)
 
     def _error(self, position: int, what: str, hint: str) -> NotationError:
         return self._error_in_line(self._line_of(position), what, hint)

@@ -83,6 +83,16 @@ def test_what_cannot_be_an_engine_is_refused(tmp_path: Path) -> None:
         assert caught.value.hint
 
 
+def test_arguments_may_follow_the_name(tmp_path: Path) -> None:
+    mine = program(tmp_path / "my engines" / "mine")
+    shelf = Shelf("", None)
+    assert shelf.find(f"'{mine}' --weights='a b'").command == (str(mine), "--weights=a b")
+    assert shelf.find(str(mine)).command == (str(mine),)
+    for broken in ("missing --x", f"'{mine} --x"):
+        with pytest.raises(EngineError, match="neither a file nor a program"):
+            shelf.find(broken)
+
+
 def test_a_relative_path_needs_no_dot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mine = program(tmp_path / "mine")
     monkeypatch.chdir(tmp_path)

@@ -71,6 +71,10 @@ def test_games_are_listed(tmp_path: Path) -> None:
     assert second.title == "? vs ?, 0-1, Second"
 
 
+def test_a_title_cannot_steer_the_terminal() -> None:
+    assert parse_game('[White "\x1b[31mTurk"]\n\n1. e4 *').title == "[31mTurk vs ?"
+
+
 def test_regression_move_number_without_a_blank() -> None:
     assert ucis(parse_game("1.e4 e5 2.Nf3 2...Nc6 3. Bb5 a6 1/2-1/2")) == "e2e4 e7e5 g1f3 b8c6 f1b5 a7a6"
     assert ucis(parse_game("1.e4 e5\n2 Nf3 2... Nc6")) == "e2e4 e7e5 g1f3 b8c6"
