@@ -13,7 +13,7 @@ import chess
 
 from kempelen.core.errors import KempelenError
 
-_SLOT = re.compile(r"([a-z]+)([1-9][0-9]?)")
+_SLOT = re.compile(r"[a-z]{2,12}[1-9][0-9]{0,2}")
 
 
 @dataclass(frozen=True, slots=True, order=True)

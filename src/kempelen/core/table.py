@@ -41,7 +41,7 @@ class Tray(BaseModel):
         height: Of the tray's surface above the playing surface, mm; negative when lower.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: Annotated[str, Field(pattern=r"^[a-z]{2,12}$")]
     origin: tuple[float, float]
@@ -79,7 +79,7 @@ class Gripper(BaseModel):
         release_height: How far above its place a piece is let go.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     closing_axis: float = 0.0
     opening: Annotated[float, Field(gt=5, le=120)] = 31.0
@@ -110,7 +110,7 @@ class WorkSpace(BaseModel):
         margin: Of each axis beyond the box to the end of its travel (the reference switch), mm.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     lower: tuple[float, float, float] = (0.0, 0.0, 0.0)
     upper: tuple[float, float, float] = (700.0, 450.0, 200.0)
