@@ -135,8 +135,12 @@ class Robot(Protocol):
         """
         ...
 
+    async def retract(self) -> None:
+        """Straight up to the top of the work space; raises as `run`."""
+        ...
+
     async def hold(self) -> None:
-        """Decelerate now, keeping the group; returns at rest."""
+        """Decelerate now, keeping the group; returns at rest. Between groups the next one waits."""
         ...
 
     async def resume(self) -> None:
@@ -152,7 +156,7 @@ class Robot(Protocol):
         ...
 
     async def recover(self) -> None:
-        """After an alarm or a stop: clear it, so that `home` can follow."""
+        """After an alarm, a stop or a lost line: clear it (connect again), so that `home` can follow."""
         ...
 
     async def jog(self, direction: tuple[float, float, float], speed: float) -> None:

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, Self
 
 from kempelen.core.errors import LinkError
 
@@ -16,10 +16,12 @@ class MemoryTransport:
         resets: What the port says about DTR.
     """
 
-    def __init__(self, name: str, deliver: Callable[[bytes], None], *, resets: bool = False) -> None:
+    def __init__(
+        self, name: str, deliver: Callable[[bytes], None] = lambda _data: None, *, resets: bool = False
+    ) -> None:
         self.name = name
         self.resets = resets
-        self._deliver = deliver
+        self.deliver = deliver
         self._received = bytearray()
         self._news = asyncio.Event()
         self._lost = ""
@@ -55,7 +57,7 @@ class MemoryTransport:
             LinkError: the line is lost.
         """
         self._raise_if_lost()
-        self._deliver(data)
+        self.deliver(data)
 
     async def close(self) -> None:
         """Let go."""
@@ -69,10 +71,9 @@ class MemoryTransport:
 
 def memory_pair(name: str = "memory") -> tuple[MemoryTransport, MemoryTransport]:
     """Two ends of one line: what one writes, the other reads."""
-    ends: list[MemoryTransport] = []
-    ends.append(MemoryTransport(name, lambda data: ends[1].feed(data)))
-    ends.append(MemoryTransport(name, lambda data: ends[0].feed(data)))
-    return ends[0], ends[1]
+    near, far = MemoryTransport(name), MemoryTransport(name)
+    near.deliver, far.deliver = far.feed, near.feed
+    return near, far
 
 
 class Controller(Protocol):
@@ -88,6 +89,10 @@ class Controller(Protocol):
 
     def take_output(self) -> bytes:
         """Bytes for the host since the last call."""
+        ...
+
+    def idle(self) -> bool:
+        """Whether nothing would happen if only time passed."""
         ...
 
 
@@ -112,6 +117,7 @@ class Coupling:
         self.garble = garble
         self._host: MemoryTransport | None = None
         self._task: asyncio.Task[None] | None = None
+        self._spoken_to = asyncio.Event()
 
     async def connect(self) -> MemoryTransport:
         """Open the line: a fresh host end; the one before it is lost."""
@@ -129,8 +135,9 @@ class Coupling:
     def _receive(self, data: bytes) -> None:
         self.sent += data
         self.controller.receive(data)
+        self._spoken_to.set()
 
-    async def __aenter__(self) -> "Coupling":
+    async def __aenter__(self) -> Self:
         """Start the clock."""
         self._task = asyncio.create_task(self._run(), name="controller's clock")
         return self
@@ -147,4 +154,8 @@ class Coupling:
             output = self.controller.take_output()
             if self._host is not None and output:
                 self._host.feed(self.garble(output) if self.garble else output)
-            await asyncio.sleep(0)
+            self._spoken_to.clear()
+            if self.controller.idle():
+                await self._spoken_to.wait()
+            else:
+                await asyncio.sleep(0)

@@ -14,12 +14,12 @@ class _Step:
 
 
 class ScriptedWire:
-    """The far end of a line that follows a script.
+    r"""The far end of a line that follows a script.
 
     ::
 
         wire = ScriptedWire()
-        wire.expect(b"?", b"<Idle|MPos:0.000,0.000,0.000|FS:0,0>\\r\\n")
+        wire.expect(b"?", b"<Idle|MPos:0.000,0.000,0.000|FS:0,0>\r\n")
         ...                       # let the driver talk over wire.transport
         wire.assert_done()
 

@@ -108,6 +108,10 @@ class Condition:
         self.silent = False
         self._trouble = ""
 
+    def know_offset(self, offset: tuple[float, float, float]) -> None:
+        """The work offset is this (mm): reports tell it only now and then."""
+        self._tracker.offset = offset
+
     def told(self, gripper: GripperState) -> None:
         """The controller has carried out a gripper command."""
         self.gripper = self.wanted = gripper

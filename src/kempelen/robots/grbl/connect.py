@@ -33,6 +33,7 @@ class Greeting:
         reopen: The gripper was open until we had to reset the controller.
         settings: ``$$``.
         offsets: ``$#``.
+        work_offset: WCO: what to take from a machine position to get the reported work position, mm.
         window: Bytes that may be in flight.
     """
 
@@ -41,6 +42,7 @@ class Greeting:
     reopen: bool
     settings: dict[int, float]
     offsets: dict[str, Xyz]
+    work_offset: Xyz
     window: int
 
 
@@ -77,6 +79,7 @@ async def greet(
         reopen=reopen,
         settings=settings,
         offsets=offsets,
+        work_offset=_work_offset(offsets, modal, link.transport.name),
         window=window,
     )
 
@@ -193,6 +196,17 @@ async def read_settings(link: Link) -> dict[int, float]:
 async def read_offsets(link: Link) -> dict[str, Xyz]:
     """``$#``."""
     return {event.name: event.value for event in await link.request("$#") if isinstance(event, Offset)}
+
+
+def _work_offset(offsets: dict[str, Xyz], modal: tuple[str, ...], where: str) -> Xyz:
+    """The active set (G54..G59) plus G92. Reports tell the sum only now and then."""
+    active = next((word for word in modal if word in offsets and word != "G92"), "G54")
+    if active not in offsets or "G92" not in offsets:
+        raise LinkError(
+            f"{where}: the answer to $# arrived damaged.", hint="Check the cable, then try again."
+        )
+    (x, y, z), (dx, dy, dz) = offsets[active], offsets["G92"]
+    return (round(x + dx, 3), round(y + dy, 3), round(z + dz, 3))
 
 
 def _modal(events: list[Event]) -> tuple[str, ...]:

@@ -10,6 +10,8 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequen
 from contextlib import contextmanager, suppress
 from typing import Self
 
+import numpy as np
+
 from kempelen.core.errors import AlarmError, BusyError, LinkError, NotHomedError, RobotError, StoppedError
 from kempelen.core.protocols import Action, GripperState, Options, Robot, RobotState, SetGripper
 from kempelen.core.table import Table, WorkSpace
@@ -18,7 +20,7 @@ from kempelen.robots.grbl.codec import Event, Status
 from kempelen.robots.grbl.condition import Condition
 from kempelen.robots.grbl.connect import at_rest, greet
 from kempelen.robots.grbl.explain import alarm_error
-from kempelen.robots.grbl.gcode import BARRIER, PREAMBLE, GripperWiring, Program, compile_group, number
+from kempelen.robots.grbl.gcode import BARRIER, PREAMBLE, GripperWiring, Program, compile_group, number, words
 from kempelen.robots.grbl.jog import Jogger
 from kempelen.robots.grbl.link import Link, RefusedError, Stream
 from kempelen.robots.grbl.options import read_options
@@ -145,6 +147,7 @@ class GrblGantry:
         condition, greeting = self._condition, session.greeting
         condition.clear()
         condition.connected, condition.memory_kept = True, greeting.memory_kept
+        condition.know_offset(greeting.work_offset)
         condition.told(greeting.gripper)
         if greeting.reopen:
             condition.wanted = GripperState.OPEN
@@ -320,13 +323,13 @@ class GrblGantry:
         condition.paused = True
         if condition.activity == "jog":
             await self.jog_stop()
+        elif session.work is not None:
+            session.link.realtime(codec.HOLD)
+            await at_rest(session.link, self._timing)
         elif condition.activity == "home" and session.link.stream_at_work is not None:
             session.link.fail(_PausedError("Homing was paused."))
             await session.reset(keeps_position=False)
             condition.clear()
-        elif session.work is not None:
-            session.link.realtime(codec.HOLD)
-            await at_rest(session.link, self._timing)
         condition.publish()
 
     async def resume(self) -> None:
@@ -364,7 +367,7 @@ class GrblGantry:
         if not (condition.activity or condition.paused):
             return
         on_the_wire = session.work is not None or (condition.status and condition.status.state == "Hold")
-        homing_now = condition.activity == "home" and session.link.stream_at_work is not None
+        homing_now = condition.activity == "home" and session.link.stream_at_work and not session.work
         self._end(session, StoppedError("The motion was cancelled.", hint="Plan again from where it is."))
         try:
             if homing_now:
@@ -446,7 +449,16 @@ class GrblGantry:
                 except StoppedError:
                     await self._calm.wait()
                     raise
+                await self._enter_space(session)
                 return
+
+    async def _enter_space(self, session: Session) -> None:
+        """From the pull-off beside the switches into the work space, where paths begin."""
+        here = self._here()
+        x, y, z = np.clip(here, self.space.lower, self.space.upper).tolist()
+        if apart(here, (x, y, z)) > 0.0:
+            line = f"{PREAMBLE}G0{words((x, y, z))}\n".encode()
+            await self._carry_out(session, Program((line, BARRIER), (x, y, z), ()))
 
     async def jog(self, direction: tuple[float, float, float], speed: float) -> None:
         """Keep moving along ``direction`` at ``speed`` mm/s; a keep-alive: motion ends when the calls do.

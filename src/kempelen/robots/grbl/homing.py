@@ -15,7 +15,6 @@ from kempelen.robots.grbl.session import Session, apart, finish
 
 _PULL_OFF_TOLERANCE = 0.5  # mm
 _OFFSET_TOLERANCE = 0.0015  # mm; offsets are reported with three decimals
-_REPORTS_PER_OFFSET = 32  # a report tells the work offset at least every 30th time
 
 
 async def seek(session: Session) -> None:
@@ -61,22 +60,14 @@ async def _prove(session: Session) -> None:
     status = await at_rest(link, session.timing)
     if status.state != "Idle":
         raise AlarmError(f"Homing ended in the state {status.state}.", hint="Recover, then home again.")
-    check_pull_off(await _machine_position(session), session.greeting)
+    if condition.machine is None:
+        raise LinkError("The controller reports no position.", hint="Send $10=1.")
+    check_pull_off(condition.machine, session.greeting)
     await _set_work_offset(session)
-    await link.ask(session.timing.answer)
     await session.restore()
+    await link.ask(session.timing.answer)
     condition.homed = True
     condition.clear()
-
-
-async def _machine_position(session: Session) -> tuple[float, float, float]:
-    """In reports of work coordinates: once one of them has told the offset."""
-    for _ in range(_REPORTS_PER_OFFSET):
-        if session.condition.machine is not None:
-            return session.condition.machine
-        await asyncio.sleep(session.timing.poll)
-        await session.link.ask(session.timing.answer)
-    raise LinkError("The controller never reports its work offset.", hint="Send $10=1.")
 
 
 def check_pull_off(machine: tuple[float, float, float], greeting: Greeting) -> None:
@@ -103,15 +94,16 @@ def check_pull_off(machine: tuple[float, float, float], greeting: Greeting) -> N
 async def _set_work_offset(session: Session) -> None:
     """G54 so that work positions are the robot frame's; written only when it differs (EEPROM)."""
     link, offsets = session.link, session.greeting.offsets
-    wanted = tuple(-value for value in session.space.robot_from_machine)
-    if apart(offsets.get("G92", (0.0, 0.0, 0.0)), (0.0, 0.0, 0.0)) > _OFFSET_TOLERANCE:
+    x, y, z = session.space.robot_from_machine
+    wanted = (-x, -y, -z)
+    if apart(offsets.get("G92"), (0.0, 0.0, 0.0)) > _OFFSET_TOLERANCE:
         await link.request("G92.1")
-    if apart(offsets.get("G54"), wanted) <= _OFFSET_TOLERANCE:
-        return
-    await link.request(f"G10L2P1{words(wanted)}")
-    offsets.update(await read_offsets(link))
+    if apart(offsets.get("G54"), wanted) > _OFFSET_TOLERANCE:
+        await link.request(f"G10L2P1{words(wanted)}")
+        offsets.update(await read_offsets(link))
     if apart(offsets.get("G54"), wanted) > _OFFSET_TOLERANCE:
         raise SettingsError(
             f"The work offset G54 stays at {offsets.get('G54')} mm, wanted {wanted} mm.",
             hint="Home again; if it stays so, the controller's memory is worn out.",
         )
+    session.condition.know_offset(wanted)

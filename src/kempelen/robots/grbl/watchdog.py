@@ -32,7 +32,7 @@ class Watchdog:
 
     def _period(self) -> float:
         timing = self._session.timing
-        return timing.poll if self._session.condition.activity else timing.idle_poll
+        return timing.watch if self._session.condition.activity else timing.idle_watch
 
     def _look(self, now: float, *, asks: bool) -> None:
         condition = self._session.condition

@@ -1,0 +1,204 @@
+"""The hand: any Cartesian robot with a gripper, and a planner.
+
+A transfer is two atomic groups with checkpoints between them::
+
+    GRIPPING   [approach, close]   CARRYING   [carry, open]   RELEASED
+
+Each group ends at a barrier, so that what a checkpoint says is physically true when it is journaled.
+"""
+
+import asyncio
+import time
+from collections.abc import Callable, Sequence
+
+import chess
+import numpy as np
+
+from kempelen.core.errors import NotHomedError
+from kempelen.core.geometry import Array
+from kempelen.core.pieces import KINDS
+from kempelen.core.places import Layout, Transfer
+from kempelen.core.protocols import (
+    Action,
+    Checkpoint,
+    Follow,
+    GripperState,
+    OnCheckpoint,
+    Robot,
+    RobotPhase,
+    RobotState,
+    SetGripper,
+    TransferReport,
+)
+from kempelen.core.table import Table
+from kempelen.motion.plan import Plan, plan_approach, plan_carry, plan_leave
+from kempelen.motion.planners import DEFAULT_PLANNER
+from kempelen.motion.scene import Clearances, Scene
+
+_HELPLESS = frozenset({RobotPhase.ALARM, RobotPhase.DISCONNECTED})
+
+
+class CartesianHand:
+    """Implements `kempelen.core.protocols.Hand`.
+
+    Args:
+        robot: Entered.
+        table: Where everything is; may be replaced between transfers, after a new calibration.
+        planner: One of `kempelen.motion.planners.PLANNERS`.
+        clearances: How far to stay away from things.
+        clock: For the measured times, s.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        table: Table,
+        *,
+        planner: str = DEFAULT_PLANNER,
+        clearances: Clearances | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.robot = robot
+        self.table = table
+        self.planner = planner
+        self._clearances = clearances or Clearances()
+        self._clock = clock
+
+    @property
+    def state(self) -> RobotState:
+        """The robot's latest snapshot."""
+        return self.robot.state
+
+    async def prepare(self) -> None:
+        """Home if needed, open the gripper; afterwards it is empty, open and parked.
+
+        Raises:
+            RobotError: what went wrong, and what to do.
+        """
+        if not await self._homed_now():
+            await self.robot.retract()
+            await self.park(self._anything)
+        await self._open()
+
+    async def carry(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> TransferReport:
+        """Carry one piece over the standing ones (``standing`` includes the piece at its source).
+
+        The carry is planned while the approach is being driven. Cancelled: the machine is at rest, where it
+        is.
+
+        Raises:
+            MotionError: a path that cannot be planned or would touch something; nothing of it was sent.
+            RobotError: as `Robot.run`.
+        """
+        scene = self._scene(standing)
+        if self.state.gripper is not GripperState.OPEN:
+            await self._open()
+        approach = plan_approach(scene, self._here(), transfer.source, planner=self.planner)
+        await checkpoint(Checkpoint.GRIPPING)
+        started = self._clock()
+        plan = await self._while_driving(
+            [self._follow(approach), self._grip(closed=True)],
+            lambda: plan_carry(scene, transfer, planner=self.planner),
+        )
+        await checkpoint(Checkpoint.CARRYING)
+        gripped = self._clock()
+        await self.robot.run([self._follow(plan), self._grip(closed=False)])
+        released = self._clock()
+        await checkpoint(Checkpoint.RELEASED)
+        gripper = self.table.gripper
+        return TransferReport(
+            transfer=transfer,
+            seconds=released - started,
+            predicted=approach.seconds + gripper.close_seconds + plan.seconds + gripper.open_seconds,
+            bound=plan.bound,
+            carry=released - gripped,
+        )
+
+    async def finish_held(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> None:
+        """After a restart with the piece in the gripper: home with it, put it on its target.
+
+        ``standing`` does not include the piece. The gripper stays closed throughout: homing lifts first.
+
+        Raises:
+            MotionError: no path; the piece is still held.
+            RobotError: as `Robot.run`.
+        """
+        if not await self._homed_now():
+            await self.robot.retract()
+        plan = plan_carry(self._scene(standing), transfer, start=self._here(), planner=self.planner)
+        await self.robot.run([self._follow(plan), self._grip(closed=False)])
+        await checkpoint(Checkpoint.RELEASED)
+
+    async def park(self, standing: Layout) -> None:
+        """High, clear of the camera.
+
+        Raises:
+            MotionError: no path.
+            RobotError: as `Robot.run`.
+        """
+        plan = plan_leave(self._scene(standing), self._here(), planner=self.planner)
+        await self.robot.run([self._follow(plan)])
+
+    async def hold(self) -> None:
+        """Pause at once, also with a piece in the gripper."""
+        await self.robot.hold()
+
+    async def resume(self) -> None:
+        """Go on after `hold`."""
+        await self.robot.resume()
+
+    async def stop(self) -> None:
+        """E-stop; never queues."""
+        await self.robot.stop()
+
+    # --- steps ----------------------------------------------------------------------------------------------
+
+    async def _while_driving(self, group: Sequence[Action], plan_next: Callable[[], Plan]) -> Plan:
+        """Drive a group and plan what follows meanwhile; a failed plan brings the machine to rest."""
+        driving = asyncio.ensure_future(self.robot.run(group))
+        try:
+            await asyncio.sleep(0)  # the first lines go out before the planner takes the processor
+            plan = plan_next()
+            await asyncio.shield(driving)
+        except BaseException:
+            driving.cancel()
+            await asyncio.gather(driving, return_exceptions=True)
+            raise
+        return plan
+
+    async def _homed_now(self) -> bool:
+        """Home if needed; whether it was: then the hand is in a corner, at the top."""
+        if self.state.phase in _HELPLESS:
+            await self.robot.recover()
+        if self.state.homed:
+            return False
+        await self.robot.home()
+        return True
+
+    @property
+    def _anything(self) -> Layout:
+        """Whatever may stand on the table, this is taller and more."""
+        kind = max(KINDS, key=lambda kind: self.table.pieces[kind].height)
+        return Layout(dict.fromkeys(self.table.places, chess.Piece(kind, chess.WHITE)))
+
+    async def _open(self) -> None:
+        await self.robot.run([self._grip(closed=False)])
+
+    def _grip(self, *, closed: bool) -> SetGripper:
+        gripper = self.table.gripper
+        return SetGripper(closed, gripper.close_seconds if closed else gripper.open_seconds)
+
+    @staticmethod
+    def _follow(plan: Plan) -> Follow:
+        return Follow(plan.vertices, plan.seconds)
+
+    def _scene(self, standing: Layout) -> Scene:
+        return Scene(self.table, standing, self._clearances)
+
+    def _here(self) -> Array:
+        """(3,) the tool point, robot frame, mm; a step's rounding beyond the work space counts as inside."""
+        position = self.state.reported_position
+        if position is None:
+            raise NotHomedError("The hand does not know where it is.", hint="Home it first.")
+        here: Array = np.clip(np.array(position), self.table.space.lower, self.table.space.upper)
+        return here
