@@ -1,4 +1,4 @@
-"""A virtual GRBL 1.1h controller with the machine behind it: bytes and seconds in, bytes and positions out."""
+"""A virtual GRBL 1.1h controller and its machine: bytes and seconds in, bytes and positions out."""
 
 from kempelen.twin.grbl.controller import VirtualGrbl
 from kempelen.twin.grbl.execute import Execution, execute

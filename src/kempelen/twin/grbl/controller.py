@@ -44,7 +44,7 @@ class VirtualGrbl:
         self._program = Program(self._core, self._realtime)
         self._core.power_up()
 
-    # --- outside view ------------------------------------------------------------------------------------------
+    # --- outside view --------------------------------------------------------------------------------------
 
     @property
     def position_mm(self) -> Vec:
@@ -86,10 +86,10 @@ class VirtualGrbl:
         """What survives a power cycle."""
         return self._core.eeprom
 
-    # --- the wire ----------------------------------------------------------------------------------------------
+    # --- the wire ------------------------------------------------------------------------------------------
 
     def receive(self, data: bytes) -> None:
-        """Bytes from the host: real-time ones act at once, others wait in the ring, or are lost when it is full."""
+        """Bytes from the host: real-time ones act at once, others wait in the ring or are lost."""
         core = self._core
         data = self.faults.garbled_in(data)
         self._hear(core.uart.send(data, core.time))
@@ -116,10 +116,10 @@ class VirtualGrbl:
         return self._core.uart.take(self._core.time)
 
     def reset_by_dtr(self) -> None:
-        """The board is reset by its reset line: RAM is lost, the boot loader takes its time, then the banner."""
+        """The host has opened the port: RAM is lost, the boot loader takes its time, then the banner."""
         self._core.power_up()
 
-    # --- time --------------------------------------------------------------------------------------------------
+    # --- time ----------------------------------------------------------------------------------------------
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` seconds pass; with 0 what has arrived is still read and answered."""
@@ -238,7 +238,7 @@ class VirtualGrbl:
         if faults.take_reset():
             core.power_up()
 
-    # --- for the loop ------------------------------------------------------------------------------------------
+    # --- for the loop --------------------------------------------------------------------------------------
 
     def starving(self) -> bool:
         """Whether the machine would go faster if only the host sent more."""

@@ -90,10 +90,10 @@ class Core:
         self.line.clear()
         self.line_overflow = self.line_comment = self.line_rest = False
 
-    # --- the board ---------------------------------------------------------------------------------------------
+    # --- the board -----------------------------------------------------------------------------------------
 
     def power_up(self) -> None:
-        """The board starts from nothing but its EEPROM: position unknown, motors let go, boot loader first."""
+        """Begin with nothing but the EEPROM: position unknown, motors let go, boot loader first."""
         self.machine.cut_off(self.velocity())
         self._forget()
         self.uart.power_cycle()
@@ -180,7 +180,7 @@ class Core:
         self.flood = False
         self.spindle, self.rpm = 0, 0.0
 
-    # --- outputs -----------------------------------------------------------------------------------------------
+    # --- outputs -------------------------------------------------------------------------------------------
 
     def set_flood(self, *, on: bool) -> None:
         """Switch the coolant output."""
@@ -195,7 +195,7 @@ class Core:
         self.rpm = min(max(wanted, limits[31]), limits[30]) if mode and wanted else 0.0
         self.status.override_due = 0
 
-    # --- answers -----------------------------------------------------------------------------------------------
+    # --- answers -------------------------------------------------------------------------------------------
 
     def say(self, text: str) -> None:
         """Send a text to the host."""

@@ -126,7 +126,7 @@ class _Feed:
             elif answer:
                 line = self._lines[min(self._answered, len(self._lines) - 1)].decode().strip()
                 raise TwinError(
-                    f"The controller answers {answer.decode('latin-1')!r} to line {self._answered + 1}, {line!r}.",
+                    f"Line {self._answered + 1}, {line!r}: the controller says {answer.decode('latin-1')!r}.",
                     hint="Keep the path within the travel and the G-code that GRBL knows.",
                 )
         return count

@@ -168,8 +168,9 @@ class _Line:
     """One line's words, sorted."""
 
     __slots__ = (
-        "axis_command", "feed", "flood", "flow", "groups", "inches", "inverse", "motion", "non_modal", "plane",
-        "relative", "spindle", "system", "system_offset", "target", "tool_length", "unused", "values",
+        "axis_command", "feed", "flood", "flow", "groups", "inches", "inverse", "motion", "non_modal",
+        "plane", "relative", "spindle", "system", "system_offset", "target", "tool_length", "unused",
+        "values",
     )  # fmt: skip
 
     def __init__(self, modes: Modes) -> None:
@@ -305,7 +306,7 @@ class Parser:
         self._check(line, jog=jog)
         return self._jog(line) if jog else self._operations(line)
 
-    # --- checks, in GRBL's order -------------------------------------------------------------------------------
+    # --- checks, in GRBL's order ---------------------------------------------------------------------------
 
     def _check(self, line: _Line, *, jog: bool) -> None:
         values = line.values
@@ -320,9 +321,8 @@ class Parser:
             if "P" not in values:
                 raise GcodeError(Status.VALUE_WORD_MISSING)
             line.unused.discard("P")
-        if line.inches:
-            for axis in axes:
-                values[AXES[axis]] *= MM_PER_INCH
+        for axis in axes if line.inches else ():
+            values[AXES[axis]] *= MM_PER_INCH
         if line.axis_command == _TOOL_LENGTH and line.tool_length and axes != [2]:
             raise GcodeError(Status.G43_DYNAMIC_AXIS)
         line.system_offset = self.state.system
@@ -459,7 +459,7 @@ class Parser:
             raise GcodeError(error.status) from None
         values["centre 0"], values["centre 1"] = centre
 
-    # --- operations, in GRBL's order ---------------------------------------------------------------------------
+    # --- operations, in GRBL's order -----------------------------------------------------------------------
 
     def _jog(self, line: _Line) -> list[Op]:
         if line.groups & ~_JOG_GROUPS or line.non_modal not in {"", "G53"}:

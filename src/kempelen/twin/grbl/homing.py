@@ -28,8 +28,8 @@ class HomingCycle:
     """
 
     __slots__ = (
-        "_axes", "_cycle", "_elapsed", "_locked", "_machine", "_pass", "_pause", "_ramp", "_resting", "_settings",
-        "_start", "done", "failure",
+        "_axes", "_cycle", "_elapsed", "_locked", "_machine", "_pass", "_pause", "_ramp", "_resting",
+        "_settings", "_start", "done", "failure",
     )  # fmt: skip
 
     def __init__(self, settings: Settings, machine: Machine) -> None:

@@ -12,8 +12,9 @@ from kempelen.twin.grbl.settings import Eeprom, Vec
 from kempelen.twin.grbl.status import Alarm
 
 _PLAIN = (
-    "time", "rest_since", "state", "flood", "spindle", "rpm", "flags", "suspend", "alarm_told", "critical", "moving", "soft_limit",
-    "asleep", "spindle_stopped", "spindle_override", "probe_touched", "line_overflow", "line_comment", "line_rest",
+    "time", "rest_since", "state", "flood", "spindle", "rpm", "flags", "suspend", "alarm_told", "critical",
+    "moving", "soft_limit", "asleep", "spindle_stopped", "spindle_override", "probe_touched",
+    "line_overflow", "line_comment", "line_rest",
 )  # fmt: skip
 _TIMES = ("pause_end", "start_at")
 

@@ -38,10 +38,10 @@ class Ramp:
     def over(cls, length: float, start: float, cruise: float, end: float, acceleration: float) -> "Ramp":
         """As fast as ``cruise`` and ``acceleration`` allow; the end speed is a wish.
 
-        A start speed above ``cruise`` (a lowered override) is brought down first. When the length is too short
-        to reach ``end``, the ramp ends as near to it as it can.
+        A start speed above ``cruise`` (a lowered override) is brought down first. When the length is too
+        short to reach ``end``, the ramp ends as near to it as it can.
         """
-        a = acceleration if acceleration > _LEAST_ACCELERATION else _LEAST_ACCELERATION
+        a = max(_LEAST_ACCELERATION, acceleration)
         v0, v1 = start * start, end * end
         if v0 - v1 >= 2.0 * a * length:
             last = sqrt(max(v0 - 2.0 * a * length, 0.0))
@@ -63,7 +63,7 @@ class Ramp:
     @classmethod
     def stop(cls, length: float, start: float, acceleration: float) -> "Ramp":
         """Decelerate to rest, or as far as ``length`` allows."""
-        a = acceleration if acceleration > _LEAST_ACCELERATION else _LEAST_ACCELERATION
+        a = max(_LEAST_ACCELERATION, acceleration)
         needed = start * start / (2.0 * a)
         if needed >= length:
             return cls.over(length, start, start, 0.0, a)
@@ -110,8 +110,8 @@ class Stepper:
     """
 
     __slots__ = (
-        "_block", "_done", "_elapsed", "_exit", "_nominal", "_planner", "_ramp", "_speed", "holding", "position",
-        "trip",
+        "_block", "_done", "_elapsed", "_exit", "_nominal", "_planner", "_ramp", "_speed", "holding",
+        "position", "trip",
     )  # fmt: skip
 
     def __init__(self, planner: Planner) -> None:
@@ -162,11 +162,10 @@ class Stepper:
 
     def plan(self) -> bool:
         """Load or replan the block at hand where needed; True when a new block was loaded."""
-        loaded = self._block is None
-        if loaded:
-            self._block = self._planner.blocks[0]
-            self._done, self._elapsed, self._ramp = self._block.length - self._block.left, 0.0, None
-        block = self._block
+        block, loaded = self._block, False
+        if block is None:
+            self._block = block = self._planner.blocks[0]
+            self._done, self._elapsed, self._ramp, loaded = block.length - block.left, 0.0, None, True
         end = self._planner.exit_speed_squared()
         if self._ramp is None or (not self.holding and (end != self._exit or block.nominal != self._nominal)):
             self._shape(block, end)

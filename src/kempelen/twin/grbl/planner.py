@@ -184,12 +184,12 @@ class Planner:
     def _recalculate(self) -> None:
         """Plan backwards from a stop at the end, then forwards from what is already optimal."""
         blocks, planned = self.blocks, self._planned
-        index = len(blocks) - 1
-        if index <= planned:
+        last = len(blocks) - 1
+        if last <= planned:
             return
-        block = blocks[index]
+        block = blocks[last]
         speed = block.entry = min(block.max_entry, 2.0 * block.acceleration * block.left)
-        for index in range(index - 1, planned, -1):
+        for index in range(last - 1, planned, -1):
             block = blocks[index]
             if block.entry != block.max_entry:
                 block.entry = min(speed + 2.0 * block.acceleration * block.left, block.max_entry)

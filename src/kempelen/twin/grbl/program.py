@@ -106,7 +106,7 @@ class Program:
         if core.planner.blocks and core.state == State.IDLE and core.start_at == inf:
             core.start_at = core.time + _START_DELAY_S
 
-    # --- reading -----------------------------------------------------------------------------------------------
+    # --- reading -------------------------------------------------------------------------------------------
 
     def _read(self) -> bool:
         """Take characters up to the end of a line; False when there are none left."""
@@ -190,7 +190,7 @@ class Program:
         self._core.say(text)
         return True
 
-    # --- motion ------------------------------------------------------------------------------------------------
+    # --- motion --------------------------------------------------------------------------------------------
 
     def _line(self, target: Vec, rate: float, rapid: bool, inverse: bool) -> bool:  # noqa: FBT001 - data
         core = self._core
@@ -283,7 +283,7 @@ class Program:
         core.say(reports.probe_result(core.probe_position, touched=False, inches=inches))
         return True
 
-    # --- outputs, time and memory ------------------------------------------------------------------------------
+    # --- outputs, time and memory --------------------------------------------------------------------------
 
     def _spindle(self, mode: int, rpm: float) -> bool:
         core = self._core
@@ -386,7 +386,7 @@ class Program:
         core.say(reports.PROGRAM_END)
         return True
 
-    # --- homing ------------------------------------------------------------------------------------------------
+    # --- homing --------------------------------------------------------------------------------------------
 
     def _home(self) -> bool:
         core = self._core

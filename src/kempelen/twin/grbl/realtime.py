@@ -1,6 +1,6 @@
 """What the firmware does at each of its checkpoints: alarms, real-time commands, holds and resumes.
 
-Source: GRBL wiki "Grbl v1.1 Commands" and "Interface"; the order of what is looked at first is the firmware's.
+Source: GRBL wiki "Grbl v1.1 Commands" and "Interface"; what is looked at first is as in the firmware.
 """
 
 from enum import Enum
@@ -8,8 +8,24 @@ from math import inf
 
 from kempelen.twin.grbl import reports
 from kempelen.twin.grbl.core import (
-    AJAR, ALARM_S, CANCEL, DOOR, FULL_OVERRIDE, HELD, HOLD, JOG_CANCEL, MOTION_CANCEL, RESET, RESTORE, RESTORED,
-    RETRACTED, SLEEP, START, STATUS, STOP, Core,
+    AJAR,
+    ALARM_S,
+    CANCEL,
+    DOOR,
+    FULL_OVERRIDE,
+    HELD,
+    HOLD,
+    JOG_CANCEL,
+    MOTION_CANCEL,
+    RESET,
+    RESTORE,
+    RESTORED,
+    RETRACTED,
+    SLEEP,
+    START,
+    STATUS,
+    STOP,
+    Core,
 )  # fmt: skip
 from kempelen.twin.grbl.status import Alarm, State
 
@@ -187,7 +203,7 @@ class Realtime:
             core.suspend = 0
             core.state = State.IDLE
 
-    # --- suspended ---------------------------------------------------------------------------------------------
+    # --- suspended -----------------------------------------------------------------------------------------
 
     def _suspended(self) -> bool:
         """One round of the loop in which a hold is waited out; True when something has come of it."""
@@ -224,7 +240,7 @@ class Realtime:
             core.flags |= START
         return True
 
-    # --- overrides ---------------------------------------------------------------------------------------------
+    # --- overrides -----------------------------------------------------------------------------------------
 
     def _overrides(self) -> None:
         core = self._core

@@ -57,7 +57,8 @@ class Settings:
     """
 
     __slots__ = (
-        "acceleration", "deviation", "hard_limits", "inches", "rate", "soft_limits", "steps", "travel", "values",
+        "acceleration", "deviation", "hard_limits", "inches", "rate", "soft_limits", "steps", "travel",
+        "values",
     )  # fmt: skip
 
     def __init__(self, values: dict[int, float]) -> None:

@@ -50,7 +50,7 @@ class Uart:
         self._coming.clear()
         self._going.clear()
 
-    # --- in ----------------------------------------------------------------------------------------------------
+    # --- in ------------------------------------------------------------------------------------------------
 
     def send(self, data: bytes, now: float) -> bytes:
         """The host sends; what of it arrives at once."""
@@ -106,10 +106,11 @@ class Uart:
         if self._byte_s:
             return bytes(byte for byte in data if self._caught(now))
         heard = bytearray()
+        self._last_in = max(self._last_in, now)
         for byte in data:
+            self._last_in += BITS_PER_BYTE / _NOMINAL_BAUD
             if self._caught(self._last_in):
                 heard.append(byte)
-            self._last_in += BITS_PER_BYTE / _NOMINAL_BAUD
         return bytes(heard)
 
     def _caught(self, when: float) -> bool:
@@ -124,7 +125,7 @@ class Uart:
         self.dropped += 1
         return False
 
-    # --- out ---------------------------------------------------------------------------------------------------
+    # --- out -----------------------------------------------------------------------------------------------
 
     def transmit(self, data: bytes, now: float, delay: float) -> None:
         """The controller answers."""
