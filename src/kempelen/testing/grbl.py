@@ -53,9 +53,9 @@ def report(
     return f"<{state}|MPos:{machine}|FS:0,0{extra}>\r\n".encode()
 
 
-def modal(gripper: str = "M9", tool: str = "T0") -> bytes:
+def modal(gripper: str = "M9", feed: str = "F0") -> bytes:
     """``$G``."""
-    return f"[GC:G0 G54 G17 G21 G90 G94 M5 {gripper} {tool} F0 S0]\r\n".encode() + OK
+    return f"[GC:G0 G54 G17 G21 G90 G94 M5 {gripper} T0 {feed} S0]\r\n".encode() + OK
 
 
 def expect_inventory(
@@ -77,11 +77,11 @@ def expect_boot(wire: ScriptedWire) -> None:
     expect_inventory(wire)
 
 
-def expect_running(wire: ScriptedWire, *, gripper: str = "M8", tool: str = "T7") -> None:
+def expect_running(wire: ScriptedWire, *, gripper: str = "M8", feed: str = "F77") -> None:
     """A board that nobody reset."""
     for _ in range(3):
         wire.expect(b"?", report("Idle"))
-    expect_inventory(wire, state="Idle", refusal=b"error:1\r\n", modal_reply=modal(gripper, tool))
+    expect_inventory(wire, state="Idle", refusal=b"error:1\r\n", modal_reply=modal(gripper, feed))
 
 
 CORNER = (0.0, 0.0, 200.0)
@@ -93,7 +93,7 @@ def expect_homing(wire: ScriptedWire, *, restores: tuple[bytes, ...] = ()) -> No
     wire.expect(b"$H\n", OK)
     wire.expect(b"?", report("Idle", PULL_OFF))
     wire.expect(b"?", report("Idle", PULL_OFF))
-    wire.expect(b"G21G54G90T7\n", OK)
+    wire.expect(b"G21G54G90F77\n", OK)
     for line in restores:
         wire.expect(line, OK)
     wire.expect(b"?", report("Idle", PULL_OFF))

@@ -33,7 +33,7 @@ GO = [Follow(np.array([CORNER, (100.0, 0.0, 200.0)]), 0.5)]
 GO_LINES = b"G21G54G90G0\nX100\nG4P0\n"
 THERE = (100.0, 0.0, 200.0)
 HALFWAY = (50.0, 0.0, 200.0)
-RESTORED = b"G21G54G90T7\n"
+RESTORED = b"G21G54G90F77\n"
 
 
 def phase(robot: GrblGantry) -> RobotPhase:

@@ -17,9 +17,10 @@ from kempelen.core.table import WorkSpace
 # Stated in front of every group: work coordinates, millimetres, absolute. Whatever was modal before does not
 # matter.
 PREAMBLE = "G21G54G90"
-# A tool number means nothing to this machine. It is lost at every reset, so that finding it again proves that
-# the controller has not been reset since.
-MEMORY_MARK = "T7"
+# Every motion is a G0, so a feed rate means nothing to this machine (and should a bare G1 ever reach it, it
+# would creep). It is lost at every reset: finding it again proves that the controller has not been reset
+# since.
+MEMORY_MARK = "F77"
 BARRIER = b"G4P0\n"  # acknowledged when every motion before it has ended
 
 _ROUNDING = 6e-4  # mm; coordinates are sent with three decimals
