@@ -84,7 +84,7 @@ class CheckpointReached:
 
 @dataclass(frozen=True, slots=True)
 class TransferDone:
-    """The piece stands on its target and the hand is clear.
+    """The piece stands on its target and the gripper has let go of it.
 
     Attributes:
         report: Times; None when the hand could not measure them (recovery, a person's hand).

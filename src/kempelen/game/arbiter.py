@@ -153,7 +153,7 @@ class Arbiter:
         try:
             await self._begin()
             await self._play()
-            return await self._end()
+            return self._over()
         except asyncio.CancelledError:
             if not self._stopped:
                 raise
@@ -195,20 +195,19 @@ class Arbiter:
             if self.paused:
                 await unless(self._ordered, self._gate.passed())
             elif (ended := self._concluded()) is not None:
-                self._log.write(ended)
+                await self._conclude(ended)
             else:
                 await self._turn()
 
     def _concluded(self) -> Ended | None:
         return end_of(self.state.board, claim_draws=self._pairing.claims_draws)
 
-    async def _end(self) -> events.GameOver:
+    def _over(self) -> events.GameOver:
         ended = self.state.ended
         if ended is None:
             raise GameError("The game is not over.")
         over = events.GameOver(ended.result, ended.reason)
         self.events.emit(over)
-        await self._carrier.park()
         return over
 
     def _close(self) -> None:
@@ -247,9 +246,9 @@ class Arbiter:
         if isinstance(proposal, Propose):
             await self._make(proposal.move, player)
         elif isinstance(proposal, Resign):
-            self._log.write(by_resignation(colour))
+            await self._conclude(by_resignation(colour))
         else:
-            self._log.write(by_score(proposal.result))
+            await self._conclude(by_score(proposal.result))
 
     async def _make(self, move: chess.Move, player: Player) -> None:
         board = self.state.board
@@ -394,6 +393,9 @@ class Arbiter:
             self._offer[1].cancel()
 
     async def _conclude(self, ended: Ended) -> None:
+        """Leave the last piece alone, so that nothing is left to do after the end."""
+        if self.state.around is not None and not self.paused:
+            await self._carrier.park()
         self._log.write(ended)
 
     async def change_table(self, table: Table, digest: str, hand: Hand | None = None) -> None:

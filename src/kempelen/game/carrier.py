@@ -11,11 +11,16 @@ from kempelen.core.places import Transfer
 from kempelen.core.protocols import Checkpoint, Hand, RobotState, TransferReport
 from kempelen.game.journal import GameLog
 from kempelen.game.observers import EventBus
-from kempelen.game.records import Interrupted, Phase, Step
+from kempelen.game.records import HandEmpty, Interrupted, Step
 from kempelen.game.state import Pending
 from kempelen.game.tasks import Gate
 
 T = TypeVar("T")
+
+
+async def _nothing_new(checkpoint: Checkpoint) -> None:
+    """The journal has it that the piece stands there."""
+    del checkpoint
 
 
 class Carrier:
@@ -57,45 +62,58 @@ class Carrier:
         pending = self.pending
         self._bus.emit(events.TransferStarted(transfer, pending.index + 1, len(pending.transfers)))
         standing = self._log.state.layout
-        self.cleared(
-            transfer, await self._guarded(lambda: self.hand.carry(transfer, standing, self._reached))
-        )
+        report = await self._guarded(lambda: self.hand.carry(transfer, standing, self._reached))
+        self._arrived(transfer, report)
 
     async def finish_held(self, transfer: Transfer) -> None:
-        """Put the piece that is in the gripper after an exit on its target."""
-        self.note(Phase.CARRYING)
+        """Put the piece of the transfer at hand, which is in the gripper after an exit, on its target."""
+        if not self.pending.carrying:
+            await self._reached(Checkpoint.CARRYING)
         standing = self._log.state.layout.without(transfer.source)
         await self._guarded(lambda: self.hand.finish_held(transfer, standing, self._reached))
-        self.cleared(transfer, None)
+        self._arrived(transfer, None)
+
+    async def released(self, transfer: Transfer) -> None:
+        """The piece of the transfer at hand was found on its target after an exit."""
+        await self._reached(Checkpoint.RELEASED)
+        self._arrived(transfer, None)
+
+    async def put_back(self, done: Transfer) -> None:
+        """The gripper fell shut around the piece of a finished transfer: put it where it had stood."""
+        standing = self._log.state.layout.without(done.target)
+        again = Transfer(done.piece, done.target, done.target)
+        await self._free(lambda: self.hand.finish_held(again, standing, _nothing_new))
 
     async def prepare(self) -> None:
         """Homed, empty, open and parked."""
         await self._free(self.hand.prepare)
+        self.is_empty()
 
     async def park(self) -> None:
         """High, clear of the camera."""
         await self._free(lambda: self.hand.park(self._log.state.layout))
+        self.is_empty()
 
-    def note(self, phase: Phase) -> None:
-        """Write a phase of the transfer at hand, unless the journal has it already."""
-        if self.pending.phase is not phase:
-            self._log.write(Step(index=self.pending.index, phase=phase))
+    def is_empty(self) -> None:
+        """The hand holds nothing and is around nothing; the journal may know it already."""
+        state = self._log.state
+        busy = state.pending is not None and state.pending.checkpoint is not None
+        if busy or state.around is not None:
+            self._log.write(HandEmpty())
 
-    def cleared(self, transfer: Transfer, report: TransferReport | None) -> None:
-        """The piece stands on its target and the hand is clear of it."""
-        self.note(Phase.CLEAR)
+    def _arrived(self, transfer: Transfer, report: TransferReport | None) -> None:
         self._bus.emit(events.TransferDone(transfer, self._log.state.layout, report))
 
     async def _reached(self, checkpoint: Checkpoint) -> None:
         """The hand has come to a checkpoint: on disk first; then, unless the game is paused, on."""
-        transfer = self.pending.transfers[self.pending.index]
-        self._log.write(Step(index=self.pending.index, phase=Phase(checkpoint.value)))
-        self._bus.emit(events.CheckpointReached(transfer, checkpoint))
+        index = self.pending.index
+        self._log.write(Step(index=index, checkpoint=checkpoint))
+        self._bus.emit(events.CheckpointReached(self.pending.transfers[index], checkpoint))
         self._bus.emit(events.RobotChanged(self.robot))
         await self._gate.passed()
 
     async def _free(self, motion: Callable[[], Coroutine[Any, Any, None]]) -> None:
-        """Run a motion of the empty hand."""
+        """Run a motion that changes nothing in the game."""
         self.moving = True
         try:
             await motion()

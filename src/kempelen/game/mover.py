@@ -14,8 +14,8 @@ from kempelen.game.carrier import Carrier
 from kempelen.game.helpers import PersonDesk
 from kempelen.game.journal import GameLog
 from kempelen.game.observers import EventBus
-from kempelen.game.records import Committed, Intended, OperatorNeeded, Phase, Purpose
-from kempelen.game.recovery import Whereabouts, whereabouts
+from kempelen.game.records import Committed, Intended, OperatorNeeded, Purpose
+from kempelen.game.recovery import Held, held
 from kempelen.game.transfers import Missing, Request, move_transfers, takeback_transfers
 
 
@@ -43,13 +43,12 @@ class Mover:
 
     async def recover(self) -> None:
         """Make the hand ready, whatever the last exit left in it, and finish what was begun."""
-        pending = self._log.state.pending
-        if pending is None:
-            await self._carrier.prepare()
-            await self._go_on_deciding()
-        else:
-            await self._reconcile()
+        await self._empty_the_hand()
+        await self._carrier.prepare()
+        if (pending := self._log.state.pending) is not None:
             await self._finish(pending.intent)
+        else:
+            await self._go_on_deciding()
 
     async def _do(self, purpose: Purpose, uci: str, *, by_hand: bool = False) -> None:
         transfers = await self._planned(purpose, uci)
@@ -117,29 +116,26 @@ class Mover:
         if (decided := self._log.state.decided) is not None:
             await self._do(decided.purpose, decided.uci)
 
-    async def _reconcile(self) -> None:
-        """Find the piece of the transfer at hand, and leave the hand empty and the piece on a place."""
-        pending = self._carrier.pending
-        transfer = pending.at_hand
-        if transfer is None or pending.intent.by_hand:
-            await self._carrier.prepare()
-            return
-        where = whereabouts(pending, self._carrier.robot)
-        if where is Whereabouts.UNKNOWN:
-            arrived = Whereabouts.TARGET if pending.phase is Phase.RELEASED else Whereabouts.SOURCE
-            where = Whereabouts.HELD if await self._desk.is_holding(transfer) else arrived
-        await self._settle(where, transfer)
+    async def _empty_the_hand(self) -> None:
+        """Find the piece of the transfer at hand, and bring it to its target if it has left its source."""
+        found = held(self._log.state, self._carrier.robot)
+        if found is Held.UNKNOWN:
+            await self._look()
+        elif found is not Held.NOTHING and (transfer := self._carrier.pending.at_hand) is not None:
+            arrive = self._carrier.finish_held if found is Held.PIECE else self._carrier.released
+            await arrive(transfer)
+            await self._confirm(transfer)
 
-    async def _settle(self, where: Whereabouts, transfer: Transfer) -> None:
-        if where is Whereabouts.HELD:
-            await self._carrier.finish_held(transfer)
-            await self._confirm(transfer)
-            return
-        self._carrier.note(Phase.RELEASED if where is Whereabouts.TARGET else Phase.STANDING)
-        await self._carrier.prepare()
-        if where is Whereabouts.TARGET:
-            self._carrier.cleared(transfer, None)
-            await self._confirm(transfer)
+    async def _look(self) -> None:
+        """Somebody looks into the gripper; it may be closed on one of two pieces, or on none."""
+        state = self._log.state
+        at_hand = state.pending.at_hand if state.pending and state.pending.checkpoint else None
+        if at_hand is not None and await self._desk.is_holding(at_hand):
+            await self._carrier.finish_held(at_hand)
+        elif state.around is not None and await self._desk.is_holding(state.around):
+            await self._carrier.put_back(state.around)
+        else:
+            self._carrier.is_empty()
 
     async def _confirm(self, transfer: Transfer) -> None:
         await self._desk.confirm(transfer, self._log.state.layout)

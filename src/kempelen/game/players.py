@@ -167,6 +167,9 @@ class PersonPlayer:
     """A person who writes moves, at the terminal or on a page.
 
     Whoever reads what the person writes calls `submit`, and `answer` when a draw was offered.
+
+    Attributes:
+        wanted: Set while a move or an answer is waited for.
     """
 
     def __init__(self, name: str = "Person") -> None:
@@ -174,6 +177,7 @@ class PersonPlayer:
         self._board: chess.Board | None = None
         self._moves: asyncio.Queue[chess.Move] = asyncio.Queue(maxsize=1)
         self._draw: asyncio.Future[bool] | None = None
+        self.wanted = asyncio.Event()
 
     @property
     def to_move(self) -> bool:
@@ -198,6 +202,7 @@ class PersonPlayer:
             )
         move = parse_move(text, self._board)
         self._board = None
+        self._tell()
         self._moves.put_nowait(move)
         return move
 
@@ -214,17 +219,27 @@ class PersonPlayer:
     async def propose(self, board: chess.Board, on_thinking: OnThinking) -> Proposal:  # noqa: ARG002 - asked of all
         """The move that the person writes."""
         self._board = board
+        self._tell()
         try:
             return Propose(await self._moves.get())
         finally:
             self._board = None
+            self._tell()
             while not self._moves.empty():
                 self._moves.get_nowait()
 
     async def answer_draw(self, board: chess.Board) -> bool:  # noqa: ARG002 - asked of all
         """What the person answers."""
         self._draw = asyncio.get_running_loop().create_future()
+        self._tell()
         try:
             return await self._draw
         finally:
             self._draw = None
+            self._tell()
+
+    def _tell(self) -> None:
+        if self.to_move or self.offered_draw:
+            self.wanted.set()
+        else:
+            self.wanted.clear()

@@ -23,6 +23,7 @@ from pydantic import (
 
 from kempelen.core.errors import JournalError, KempelenError
 from kempelen.core.places import Layout, Place, Transfer
+from kempelen.core.protocols import Checkpoint
 from kempelen.game.transfers import Crowded, Missing, Request
 
 
@@ -73,16 +74,6 @@ class Purpose(StrEnum):
 
     MOVE = "move"
     TAKEBACK = "takeback"
-
-
-class Phase(StrEnum):
-    """How far the transfer at hand has come; the middle three are the hand's checkpoints."""
-
-    STANDING = "standing"  # the piece stands on its source and the hand holds nothing, for certain
-    GRIPPING = "gripping"
-    CARRYING = "carrying"
-    RELEASED = "released"
-    CLEAR = "clear"  # the hand is clear of the piece
 
 
 class _Fact(BaseModel):
@@ -190,7 +181,7 @@ class Intended(_Fact):
 
 
 class Step(_Fact):
-    """A transfer of the move in hand has come to a phase.
+    """A transfer of the move in hand has come to a checkpoint.
 
     Attributes:
         index: Of the transfer in the intent, from 0.
@@ -198,7 +189,13 @@ class Step(_Fact):
 
     kind: Literal["step"] = "step"
     index: int
-    phase: Phase
+    checkpoint: Checkpoint
+
+
+class HandEmpty(_Fact):
+    """The hand holds nothing and is around no piece: it was parked, or somebody looked."""
+
+    kind: Literal["hand-empty"] = "hand-empty"
 
 
 class Interrupted(_Fact):
@@ -271,6 +268,7 @@ Record = (
     | LayoutChanged
     | Intended
     | Step
+    | HandEmpty
     | Interrupted
     | Committed
     | TakebackAsked

@@ -12,10 +12,12 @@ import chess
 
 from kempelen.core.errors import JournalError, KempelenError
 from kempelen.core.places import Layout, Transfer
+from kempelen.core.protocols import Checkpoint
 from kempelen.game.records import (
     Begun,
     Committed,
     Ended,
+    HandEmpty,
     Intended,
     Interrupted,
     LayoutChanged,
@@ -23,7 +25,6 @@ from kempelen.game.records import (
     OperatorNeeded,
     PairingSpec,
     Paused,
-    Phase,
     Purpose,
     Record,
     Reopened,
@@ -40,14 +41,14 @@ class Pending:
     """A move, or its taking back, that is being made on the table.
 
     Attributes:
-        index: Of the transfer at hand; ``len(transfers)`` when all are done.
-        phase: How far that transfer has come; None before its first step.
+        index: Of the transfer at hand; ``len(transfers)`` when all pieces stand on their targets.
+        checkpoint: How far that transfer has come: None, GRIPPING or CARRYING.
         interrupted: Motion was cut off since the last step, so that the gripper's state proves less.
     """
 
     intent: Intended
     index: int = 0
-    phase: Phase | None = None
+    checkpoint: Checkpoint | None = None
     interrupted: bool = False
 
     @property
@@ -63,18 +64,12 @@ class Pending:
     @property
     def done(self) -> tuple[Transfer, ...]:
         """Those whose piece stands on its target."""
-        arrived = self.phase in {Phase.RELEASED, Phase.CLEAR}
-        return self.transfers[: self.index + arrived]
+        return self.transfers[: self.index]
 
-    def after(self, step: Step) -> "Pending":
-        """With one more step; a CLEAR one makes the next transfer the one at hand."""
-        if not 0 <= step.index < len(self.transfers):
-            raise JournalError(
-                f"A step names transfer {step.index} of a move that has {len(self.transfers)}."
-            )
-        if step.phase is Phase.CLEAR:
-            return Pending(self.intent, step.index + 1)
-        return Pending(self.intent, step.index, step.phase)
+    @property
+    def carrying(self) -> bool:
+        """Whether the piece of the transfer at hand is in the gripper."""
+        return self.checkpoint is Checkpoint.CARRYING
 
 
 @dataclass(frozen=True)
@@ -87,6 +82,7 @@ class GameState:
         pending: The move in hand.
         needed: What the operator was asked for and has not done.
         decided: A move or takeback that was decided on and waits for the operator.
+        around: The last transfer, while the open gripper may still be around its piece.
         back_to: Half-moves are being taken back until so many are left.
         table: Digest of the table in use.
     """
@@ -100,6 +96,7 @@ class GameState:
     pending: Pending | None = None
     needed: OperatorNeeded | None = None
     decided: OperatorNeeded | None = None
+    around: Transfer | None = None
     back_to: int | None = None
     paused: bool = False
     table: str = ""
@@ -195,7 +192,21 @@ def _(record: Intended, state: GameState) -> GameState:
 
 @_apply.register
 def _(record: Step, state: GameState) -> GameState:
-    return replace(state, pending=_in_hand(state).after(record))
+    pending = _in_hand(state)
+    if record.index != pending.index or pending.at_hand is None:
+        raise JournalError(f"A step names transfer {record.index}, at hand is {pending.index}.")
+    if record.checkpoint is Checkpoint.RELEASED:
+        return replace(state, pending=Pending(pending.intent, record.index + 1), around=pending.at_hand)
+    here = Pending(pending.intent, record.index, record.checkpoint)
+    return replace(state, pending=here, around=None if here.carrying else state.around)
+
+
+@_apply.register
+def _(_record: HandEmpty, state: GameState) -> GameState:
+    pending = state.pending
+    return replace(
+        state, pending=pending and replace(pending, checkpoint=None, interrupted=False), around=None
+    )
 
 
 @_apply.register

@@ -41,9 +41,11 @@ class FakeTable:
         held: The piece between the fingers.
         down_at: The place above which the hand is down; None: high.
         closed: Whether the gripper is closed.
-        was_reset: Whether the controller lost its memory since a hand last connected.
+        was_reset: Whether the controller lost its memory since it was last homed.
         sent: Motions that the controller has, and the program has not seen done.
         before_step: Awaited before each of them.
+        cancel_closes: Whether a cancelled motion ends in a soft reset, which lets the gripper fall shut while
+            the controller keeps its memory, as GRBL does.
     """
 
     def __init__(self, layout: Layout, before_step: BeforeStep = _yield) -> None:
@@ -54,6 +56,7 @@ class FakeTable:
         self.was_reset = True
         self.sent: deque[Step] = deque()
         self.before_step = before_step
+        self.cancel_closes = False
 
     @property
     def layout(self) -> Layout:
@@ -97,6 +100,12 @@ class FakeTable:
             self.execute(self.sent.popleft())
         self.sent.clear()
 
+    def cancel(self) -> None:
+        """The program wants no more of what it sent."""
+        self.sent.clear()
+        if self.cancel_closes:
+            self._close()
+
     def reset(self) -> None:
         """The controller restarts: its gripper falls shut, around whatever is there."""
         self.sent.clear()
@@ -121,7 +130,6 @@ class FakeHand:
         self._stopped = False
         self._kept = not table.was_reset
         self._homed = False
-        table.was_reset = False
 
     @property
     def state(self) -> RobotState:
@@ -137,16 +145,18 @@ class FakeHand:
 
     async def prepare(self) -> None:
         """Home and open; a held piece would fall."""
+        await self._may_run()
         assert self.table.held is None, f"prepare() would drop the {self.table.held}"
-        await self._run(("up", None), ("open", None))
-        self._homed = True
+        await self._home()
+        await self._run(("open", None))
 
     async def carry(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> TransferReport:
         """Carry a piece; the caller must know exactly what stands where."""
+        await self._may_run()
         self._agree(standing)
         assert not self.table.closed, "the gripper must be open before a transfer"
         await checkpoint(Checkpoint.GRIPPING)
-        await self._run(("down", transfer.source), ("close", None))
+        await self._run(("up", None), ("down", transfer.source), ("close", None))
         assert self.table.held == transfer.piece, f"gripped {self.table.held}, wanted {transfer.piece}"
         await checkpoint(Checkpoint.CARRYING)
         await self._put_down(transfer, checkpoint)
@@ -154,15 +164,21 @@ class FakeHand:
 
     async def finish_held(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> None:
         """Home with the piece and put it on its target."""
+        await self._may_run()
         self._agree(standing)
         assert self.table.held == transfer.piece, f"{self.table.held} is held, not {transfer.piece}"
+        await self._home()
         await self._put_down(transfer, checkpoint)
+
+    async def _home(self) -> None:
+        """Up first; from now on the controller remembers again."""
+        await self._run(("up", None))
         self._homed = True
+        self.table.was_reset = False
 
     async def _put_down(self, transfer: Transfer, checkpoint: OnCheckpoint) -> None:
         await self._run(("up", None), ("down", transfer.target), ("open", None))
         await checkpoint(Checkpoint.RELEASED)
-        await self._run(("up", None))
         self.carried.append(transfer)
 
     def _agree(self, standing: Layout) -> None:
@@ -170,6 +186,7 @@ class FakeHand:
 
     async def park(self, standing: Layout) -> None:
         """Out of the way."""
+        await self._may_run()
         self._agree(standing)
         await self._run(("up", None))
         self.parked += 1
@@ -201,7 +218,7 @@ class FakeHand:
                 await self._may_run()
                 self.table.execute(self.table.sent.popleft())
         except (asyncio.CancelledError, StoppedError):
-            self.table.sent.clear()
+            self.table.cancel()
             raise
 
 
