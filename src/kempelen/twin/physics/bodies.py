@@ -20,6 +20,8 @@ FEET = 8
 FOOT_RADIUS = 1.5
 FELT_FRICTION = 0.3
 """Of a felt or polished base on wood: below base radius over grip height, so that a pushed piece slides."""
+FELT = (0.008, 1.0)
+"""Time constant (s) and damping ratio of a landing: smooth at the time step, no bouncing."""
 CENTRE_OF_MASS = 0.3
 """Height of the centre of mass over the piece's height: sets worth playing with are weighted."""
 BOARD_FRAME = 12.0
@@ -129,7 +131,8 @@ def _add_feet(body: Any, shape: PieceShape, rgba: Colour) -> None:
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(FOOT_RADIUS * METRES, 0, 0), rgba=rgba,
             pos=np.array([ring * math.cos(angle), ring * math.sin(angle), FOOT_RADIUS]) * METRES,
-            contype=0, conaffinity=Touch.SURFACE, friction=_friction(FELT_FRICTION), condim=3,
+            contype=0, conaffinity=Touch.SURFACE,
+            friction=_friction(FELT_FRICTION), condim=3, priority=1, solref=FELT,
         )  # fmt: skip
 
 

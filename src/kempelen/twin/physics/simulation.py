@@ -6,7 +6,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array
@@ -15,8 +14,6 @@ from kempelen.twin.physics.model import build_model
 from kempelen.twin.physics.scene import Scene, StandingPiece
 from kempelen.twin.physics.state import Sleep, read_state, wake, write_state
 from kempelen.twin.physics.units import METRES
-
-Picture = npt.NDArray[np.uint8]
 
 STILL_SPEED = 1e-3
 """Below this speed (m/s, rad/s) nothing moves."""
@@ -152,23 +149,6 @@ class Simulation:
                 touching.setdefault(low, set()).add(high)
         held = [body for body, fingers in touching.items() if len(fingers) == len(self._finger_bodies)]
         return self._piece_of[held[0]] if held else None
-
-    def picture(self, width: int, height: int, camera: str) -> Picture:
-        """(height, width, 3) RGB view of a camera.
-
-        Raises:
-            TwinError: no OpenGL here, or no such camera.
-        """
-        try:
-            with mujoco.Renderer(self.model, height, width) as renderer:
-                mujoco.mj_kinematics(self.model, self.data)
-                renderer.update_scene(self.data, camera)
-                return np.asarray(renderer.render())
-        except (AttributeError, ImportError, RuntimeError, ValueError, mujoco.FatalError) as error:
-            raise TwinError(
-                f"The twin cannot draw a view of {width} x {height} pixels by camera '{camera}': {error!r}.",
-                hint="Install EGL or OSMesa and set MUJOCO_GL to egl or osmesa.",
-            ) from error
 
     # --- state ----------------------------------------------------------------------------------------------
 

@@ -16,8 +16,9 @@ from kempelen.twin.physics.clearance import Clearance
 from kempelen.twin.physics.gantry import Jaw
 from kempelen.twin.physics.person import DRAWER, DRAWER_PITCH, Person
 from kempelen.twin.physics.scene import Scene, StandingPiece
-from kempelen.twin.physics.simulation import Picture, Simulation
+from kempelen.twin.physics.simulation import Simulation
 from kempelen.twin.physics.truth import PieceTruth
+from kempelen.twin.physics.view import Picture, draw
 
 TIME_STEP = 0.002
 CARRY_FACTOR = 2
@@ -77,6 +78,11 @@ class World:
         """The tool point (centre between the pads) as it really is, robot frame, mm."""
         x, y, z = self._simulation.tool.tolist()
         return x, y, z
+
+    @property
+    def gripper_closed(self) -> bool:
+        """What the gripper was last told."""
+        return self._closed
 
     def step(self, dt: float, target_mm: tuple[float, float, float], gripper_closed: bool) -> None:  # noqa: FBT001
         """Drive the tool point in a straight line to ``target_mm`` within ``dt`` seconds.
@@ -195,9 +201,9 @@ class World:
         """(height, width, 3) RGB view of a camera, where OpenGL works.
 
         Raises:
-            TwinError: no OpenGL here, or no such camera.
+            TwinError: no OpenGL here, no such camera, or a picture too large.
         """
-        return self._simulation.picture(width, height, camera)
+        return draw(self._simulation.model, self._simulation.data, width, height, camera)
 
     # --- the person -----------------------------------------------------------------------------------------
 
