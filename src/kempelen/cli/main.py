@@ -3,7 +3,6 @@
 import sys
 from typing import Annotated
 
-import click
 import typer
 from rich.console import Console
 
@@ -66,5 +65,5 @@ def main() -> None:
         if error.hint:
             console.print(error.hint, markup=False, highlight=False, soft_wrap=True, style="yellow")
         sys.exit(error.exit_code)
-    except click.Abort:
+    except typer.Abort:
         sys.exit(130)

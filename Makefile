@@ -1,0 +1,72 @@
+# Everything that is done with this tree. Needs Python 3.11 or newer, git and make; all else is set up in .venv.
+#
+#   make play     a game of chess against the engine on the twin
+#   make test     lint, types, layers, tests, coverage
+#   make lint     the first three alone
+#   make bench    the measurements, as tables
+#   make soak     the long runs
+#   make docs     the documentation, in site/
+#   make setup    the virtual environment alone
+
+VENV := .venv
+BIN := $(VENV)/bin
+ARGS ?=
+WORKERS ?= auto
+BENCHES ?= motion twin
+GATED := core game motion robots
+LEAST_COVERAGE := 95
+
+SETUP := tools/setup.sh requirements/build.txt pyproject.toml
+
+.DEFAULT_GOAL := help
+.PHONY: help setup play test lint bench soak docs lock clean
+
+help:
+	@sed -n '2,/^$$/s/^# \{0,1\}//p' Makefile
+
+setup: $(VENV)/.dev
+
+# A development environment can also play.
+$(VENV)/.dev: $(SETUP) requirements/dev.txt
+	@sh tools/setup.sh dev
+	@touch $(VENV)/.run $@
+
+$(VENV)/.run: $(SETUP) requirements/run.txt
+	@sh tools/setup.sh run
+	@touch $@
+
+play: $(VENV)/.run
+	@$(BIN)/kempelen play $(ARGS)
+
+test: lint
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --cov --cov-report= $(ARGS)
+	@for part in $(GATED); do \
+		echo "Lines of $$part covered (at least $(LEAST_COVERAGE) %):"; \
+		$(BIN)/coverage report --skip-covered --show-missing --include="src/kempelen/$$part/*" \
+			--fail-under=$(LEAST_COVERAGE) || exit 1; \
+	done
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
+
+bench: setup
+	@for name in $(BENCHES); do $(BIN)/kempelen bench $$name $(ARGS) || exit 1; done
+
+soak: setup
+	$(BIN)/python -m pytest -m soak --timeout 0 $(ARGS)
+
+docs: setup
+	$(BIN)/mkdocs build --strict
+
+# Pins the newest versions that pyproject.toml allows; needs uv.
+lock: setup
+	@for job in "run:pyproject.toml" "dev:pyproject.toml --group dev --extra docs" "build:requirements/build.in"; do \
+		$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+			--no-header --upgrade $${job#*:} -o requirements/$${job%%:*}.txt || exit 1; \
+	done
+
+clean:
+	rm -rf $(VENV) site build dist .coverage* .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
