@@ -217,12 +217,13 @@ class Hand(Protocol):
 
         ``checkpoint`` is awaited at each `Checkpoint`, with the robot at rest, before the hand goes on: a
         piece is let go only after CARRYING and the hand rises from it only after RELEASED was recorded.
-        Returns when the hand is clear of the piece. Cancelled or failed: at rest, the gripper as it was.
+        Returns with the hand open, perhaps still around the piece: the next motion rises first. Cancelled or
+        failed: at rest, the gripper as it was.
         """
         ...
 
     async def finish_held(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> None:
-        """After a restart with the piece in the gripper: home with it, put it on its target.
+        """After a restart with the piece in the gripper: home with it, put it on its target; ends as `carry`.
 
         ``standing`` does not include the piece.
         """
