@@ -22,6 +22,7 @@ from kempelen.core.errors import ConfigError, LinkError
 
 _SCHEMES = ("socket://", "tcp://")
 _CONNECT_SECONDS = 5.0
+_PSEUDO_TERMINALS = range(136, 144)  # major device numbers (Linux, devices.txt)
 
 
 class Transport(Protocol):
@@ -29,7 +30,7 @@ class Transport(Protocol):
 
     Attributes:
         name: The port, as the user wrote it.
-        resets: Whether opening it may have reset the device.
+        resets: Whether opening it may have reset a board, whose boot loader must then be left in peace.
     """
 
     name: str
@@ -70,6 +71,7 @@ class PortTransport(asyncio.Protocol):
         self._port: serialx.BaseSerialTransport | None = None
         self._received = bytearray()
         self._news = asyncio.Event()
+        self._heard = False
         self._lost = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -80,11 +82,15 @@ class PortTransport(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         """Bytes from the device."""
         self._received += data
+        self._heard = True
         self._news.set()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """The port is gone."""
-        self._lost = self._lost or str(exc or "it was closed at the other end")
+        closed = "it was closed at the other end"
+        if not self._heard:
+            closed += " before a word was said; perhaps another program is connected"
+        self._lost = self._lost or str(exc or closed)
         self._news.set()
 
     async def read(self) -> bytes:
@@ -163,14 +169,15 @@ def _probe(port: str) -> int:
 
 
 def _hangs_up(port: str, descriptor: int) -> bool:
-    """Whether the port still lowered DTR when it was last closed."""
+    """Whether DTR was lowered when the port was last closed (a pseudo-terminal has no boot loader)."""
     try:
         cflag: int = termios.tcgetattr(descriptor)[2]
     except termios.error:
         raise LinkError(
             f"{port} is not a serial device.", hint="`kempelen doctor` lists the ports of this machine."
         ) from None
-    return bool(cflag & termios.HUPCL)
+    boots = os.major(os.fstat(descriptor).st_rdev) not in _PSEUDO_TERMINALS
+    return boots and bool(cflag & termios.HUPCL)
 
 
 async def _open(port: str, url: str, baud: int, *, resets: bool) -> PortTransport:

@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 
 from kempelen.core.errors import AlarmError, BusyError, LinkError, NotHomedError, RobotError, StoppedError
-from kempelen.core.protocols import Action, GripperState, Options, Robot, RobotState, SetGripper
+from kempelen.core.protocols import Action, GripperState, Options, Robot, RobotPhase, RobotState, SetGripper
 from kempelen.core.table import Table, WorkSpace
 from kempelen.robots.grbl import codec, homing
 from kempelen.robots.grbl.codec import Event, Status
@@ -333,14 +333,14 @@ class GrblGantry:
         condition.publish()
 
     async def resume(self) -> None:
-        """Go on after `hold`.
+        """Go on after `hold`, or after the safety door was closed.
 
         Raises:
             LinkError: the line was lost.
             StoppedError: `stop` came first.
         """
-        session = self._session
-        if not self._condition.paused:
+        session, phase = self._session, self._condition.phase
+        if not (self._condition.paused or phase in {RobotPhase.HOLDING, RobotPhase.HELD}):
             return
         # The controller ignores a resume while it still slows down.
         while (await at_rest(session.link, self._timing)).state in {"Hold", "Door"}:
@@ -392,9 +392,7 @@ class GrblGantry:
         if self._jogger is not None:
             self._jogger.end()
         try:
-            await session.link.until(
-                lambda: session.link.banners > mark, self._timing.banner, "banner after the stop"
-            )
+            await session.restarted(mark)
         finally:
             self._rested()
 

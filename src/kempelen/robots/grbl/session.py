@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Coroutine, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +14,10 @@ from kempelen.robots.grbl import codec
 from kempelen.robots.grbl.condition import Condition
 from kempelen.robots.grbl.connect import Greeting, at_rest
 from kempelen.robots.grbl.gcode import MEMORY_MARK, PREAMBLE, GripperWiring, Program
-from kempelen.robots.grbl.link import Link, Stream
+from kempelen.robots.grbl.link import Link, SilenceError, Stream
 from kempelen.robots.grbl.timing import Timing
+
+_RESETS = 4
 
 
 @dataclass(slots=True, eq=False)
@@ -54,11 +57,25 @@ class Session:
         self.condition.keeps_position = keeps_position
         self.link.realtime(codec.RESET)
         try:
-            await self.link.until(
-                lambda: self.link.banners > mark, self.timing.banner, "banner after a reset"
-            )
+            await self.restarted(mark)
         finally:
             self.condition.keeps_position = False
+
+    async def restarted(self, mark: int) -> None:
+        """After a reset byte, until there have been more than ``mark`` banners.
+
+        The byte is repeated: in the half second after an alarm the firmware forgets it.
+
+        Raises:
+            LinkError: no banner, or the line was lost.
+        """
+        patience = self.timing.banner / _RESETS
+        for _ in range(_RESETS - 1):
+            with suppress(SilenceError):
+                await self.link.until(lambda: self.link.banners > mark, patience, "banner")
+                return
+            self.link.realtime(codec.RESET)
+        await self.link.until(lambda: self.link.banners > mark, patience, "banner after several resets")
 
     async def halt(self) -> None:
         """Hold, wait for Hold:0, reset: at rest, position kept, nothing left in any buffer.
