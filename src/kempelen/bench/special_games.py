@@ -1,7 +1,7 @@
 """Seeded games rich in what is rare: castling, en passant, promotions of all kinds.
 
-Legal random play with a taste for the unusual. Every promotion asks for a piece that stands in the trays by then
-(a spare queen or a captured piece), so that no operator is needed.
+Legal random play with a taste for the unusual. Every promotion asks for a piece that stands in the trays by
+then (a spare queen or a captured piece), so that no operator is needed.
 """
 
 import random

@@ -26,8 +26,9 @@ from kempelen.twin.wire import make_wire
 
 STEP_S = 0.008  # chosen so that a piecewise-linear set-point errs by a·dt²/8 = 0.012 mm at 1500 mm/s²
 _REST_S = 0.02
-_PATIENCE_S = 0.003  # how long a starving controller waits for its host, wall clock
+_PATIENCE_S = 0.1  # how long a starving controller waits for its host, wall clock
 _MAX_LAG_S = 0.1
+_OPENING_S = 0.15
 _WIND_DOWN_S = 120.0
 REACH_MM = 30.0
 
@@ -134,6 +135,8 @@ class TwinLoop:
         """Bytes in, answers out, no time passing."""
         if self._wire.opened():
             self._controller.reset_by_dtr()
+            # A host still configures and flushes its end: a boot faster than that would lose its banner.
+            time.sleep(_OPENING_S)
         data = self._wire.read()
         if data:
             self._patient = True
