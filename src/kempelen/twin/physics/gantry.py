@@ -25,12 +25,15 @@ FINGERS = ("left", "right")
 SLIDE_MASS = 100.0
 """With the motors' reflected inertia, kg: what a piece pushes back does not move the machine."""
 FINGER_MASS = 0.15
+"""kg"""
 FINGER_GAIN = 400.0
+"""Force per lack of speed, up to the grip force, N s/m."""
 GRIP_FORCE = 6.0
 """Of each finger, N."""
-OPEN_FORCE = 20.0
 CLOSE_SPEED = 0.1
-OPEN_SPEED = 0.15
+"""Of each finger, m/s."""
+OPEN_SPEED = 0.2
+"""Of each finger, m/s."""
 PAD_FRICTION = 0.6
 PAD_ABOVE = 3.0
 """How far the pads reach above the tool point, mm: short, to leave room for the head over a pawn's neck."""
