@@ -1,12 +1,15 @@
 """Lines that begin with ``$``. Source: GRBL wiki "Grbl v1.1 Commands"."""
 
+from collections.abc import Callable
+
 from kempelen.twin.grbl import reports
-from kempelen.twin.grbl.core import SLEEP, Core
+from kempelen.twin.grbl.core import Core
 from kempelen.twin.grbl.gcode import GcodeError, Op
 from kempelen.twin.grbl.numbers import read_number
 from kempelen.twin.grbl.settings import STARTUP_LINES
 from kempelen.twin.grbl.status import State, Status
 
+SLEEP_OP: Op = ("sleep",)
 _MAX_SETTING = 255
 _RESTORES = frozenset({"$RST=$", "$RST=#", "$RST=*"})
 _SETTING_BYTES = 5  # a float and the checksum, at worst
@@ -39,7 +42,7 @@ def execute(core: Core, line: str) -> list[Op]:
         return _short(core, kind)
     if core.state not in {State.IDLE, State.ALARM}:
         raise GcodeError(Status.NOT_IDLE)
-    return _at_rest(core, kind, line)
+    return _AT_REST.get(kind, _setting)(core, line)
 
 
 def _short(core: Core, kind: str) -> list[Op]:
@@ -68,33 +71,30 @@ def _toggle_check_mode(core: Core) -> None:
         raise GcodeError(Status.NOT_IDLE)
 
 
-def _at_rest(core: Core, kind: str, line: str) -> list[Op]:
-    if kind == "#":
-        _exactly(line, "$#")
-        core.say(
-            reports.parameters(
-                core.eeprom, core.parser.state, core.probe_position, touched=core.probe_touched
-            )
-        )
-    elif kind == "H":
-        if not core.eeprom.settings[22]:
-            raise GcodeError(Status.SETTING_DISABLED)
-        _exactly(line, "$H")
-        return [("home",), ("homed",)]
-    elif kind == "S":
-        _exactly(line, "$SLP")
-        core.flags |= SLEEP
-    elif kind == "I":
-        return _build_info(core, line)
-    elif kind == "R":
-        if line not in _RESTORES:
-            raise GcodeError(Status.INVALID_STATEMENT)
-        return [("restore", line[5])]
-    elif kind == "N":
-        return _startup(core, line)
-    else:
-        return _setting(line)
+def _parameters(core: Core, line: str) -> list[Op]:
+    _exactly(line, "$#")
+    core.say(
+        reports.parameters(core.eeprom, core.parser.state, core.probe_position, touched=core.probe_touched)
+    )
     return []
+
+
+def _home(core: Core, line: str) -> list[Op]:
+    if not core.eeprom.settings[22]:
+        raise GcodeError(Status.SETTING_DISABLED)
+    _exactly(line, "$H")
+    return [("home",), ("homed",)]
+
+
+def _sleep(_core: Core, line: str) -> list[Op]:
+    _exactly(line, "$SLP")
+    return [SLEEP_OP]
+
+
+def _restore(_core: Core, line: str) -> list[Op]:
+    if line not in _RESTORES:
+        raise GcodeError(Status.INVALID_STATEMENT)
+    return [("restore", line[5])]
 
 
 def _exactly(line: str, wanted: str) -> None:
@@ -127,7 +127,7 @@ def _startup(core: Core, line: str) -> list[Op]:
     return [*ops, ("keep", int(number), text)]
 
 
-def _setting(line: str) -> list[Op]:
+def _setting(_core: Core, line: str) -> list[Op]:
     number, at = read_number(line, 1)
     if line[at : at + 1] != "=":
         raise GcodeError(Status.INVALID_STATEMENT)
@@ -135,6 +135,17 @@ def _setting(line: str) -> list[Op]:
     if at != len(line) or number > _MAX_SETTING or number < 0:
         raise GcodeError(Status.INVALID_STATEMENT)
     return [("setting", int(number), value)]
+
+
+# only while Idle or in Alarm; any other letter can but be a setting's number
+_AT_REST: dict[str, Callable[[Core, str], list[Op]]] = {
+    "#": _parameters,
+    "H": _home,
+    "S": _sleep,
+    "I": _build_info,
+    "R": _restore,
+    "N": _startup,
+}
 
 
 def bytes_written(op: str) -> int:

@@ -170,6 +170,7 @@ class VirtualGrbl:
         """Let ``dt`` seconds pass, no longer than until the next event, and let that happen."""
         core = self._core
         homing = core.homing
+        core.time = end if dt == end - core.time else min(core.time + dt, end)
         if homing is not None:
             due = dt >= homing.time_left()
             homing.run(dt)
@@ -180,7 +181,6 @@ class VirtualGrbl:
             core.stepper.run(dt)
             if due or not core.planner.blocks:
                 self._motion_event()
-        core.time = end if core.time + dt > end or dt == end - core.time else core.time + dt
         if homing is not None:
             self._homing_ended(homing)
         if core.start_at <= core.time:
@@ -231,12 +231,20 @@ class VirtualGrbl:
             self._watch_switches()
         lost = faults.take_lost_steps()
         if lost:
-            core.follow()
-            for axis, steps in enumerate(lost):
-                machine.slip(axis, steps / core.eeprom.settings.steps[axis])
-            self._watch_switches()
+            self._slip(lost)
         if faults.take_reset():
             core.power_up()
+
+    def _slip(self, lost: list[int]) -> None:
+        core = self._core
+        machine, settings = core.machine, core.eeprom.settings
+        core.follow()
+        pressed = machine.pressed()
+        for axis, steps in enumerate(lost):
+            machine.slip(axis, steps / settings.steps[axis])
+        if settings.hard_limits and core.homing is None and machine.pressed() != pressed:
+            self._hard_limit()
+        self._watch_switches()
 
     # --- for the loop --------------------------------------------------------------------------------------
 
@@ -274,7 +282,7 @@ class VirtualGrbl:
         core.call_position(core.machine.position)
         self._program.run()
         core.state = State.IDLE
-        self.take_output()
+        core.uart.power_cycle()  # nobody was there to hear the banner
 
     def snapshot(self) -> dict[str, Any]:
         """RAM, EEPROM, faults and the machine's truth, JSON-able."""

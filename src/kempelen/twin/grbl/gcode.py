@@ -117,7 +117,6 @@ class Modes:
         relative: G91.
         plane: 0 to 2 for G17 to G19.
         system: 0 to 5 for G54 to G59.
-        flow: Program flow.
         spindle: 0, 3 or 4.
         flood: M8.
     """
@@ -128,7 +127,6 @@ class Modes:
     relative: bool = False
     plane: int = 0
     system: int = 0
-    flow: int = FLOW_RUN
     spindle: int = 0
     flood: bool = False
 
@@ -168,9 +166,9 @@ class _Line:
     """One line's words, sorted."""
 
     __slots__ = (
-        "axis_command", "feed", "flood", "flow", "groups", "inches", "inverse", "motion", "non_modal",
-        "plane", "relative", "spindle", "system", "system_offset", "target", "tool_length", "unused",
-        "values",
+        "axis_command", "centre", "feed", "flood", "flow", "groups", "inches", "inverse", "motion",
+        "non_modal", "plane", "relative", "spindle", "system", "system_offset", "target", "tool_length",
+        "unused", "values",
     )  # fmt: skip
 
     def __init__(self, modes: Modes) -> None:
@@ -191,6 +189,7 @@ class _Line:
         self.feed = 0.0
         self.system_offset = ZERO
         self.target = ZERO
+        self.centre = (0.0, 0.0)
         self.unused: set[str] = set()
 
     @property
@@ -457,7 +456,7 @@ class Parser:
                 arc_from_centre(chord, centre)
         except ArcError as error:
             raise GcodeError(error.status) from None
-        values["centre 0"], values["centre 1"] = centre
+        line.centre = centre
 
     # --- operations, in GRBL's order -----------------------------------------------------------------------
 
@@ -542,7 +541,7 @@ class Parser:
             points = arc_points(
                 state.position,
                 target,
-                (line.values["centre 0"], line.values["centre 1"]),
+                line.centre,
                 _PLANES[line.plane],
                 clockwise=line.motion == ARC_CW,
                 tolerance=self._eeprom.settings[12],

@@ -9,7 +9,7 @@ from typing import Any
 
 from kempelen.twin.grbl.settings import Vec
 
-_OVERTRAVEL = 3.0  # mm from a switch to the mechanical end
+_OVERTRAVEL = 1.5  # mm from a switch to the mechanical end
 _TOUCH = 1e-6  # mm: a switch reached is a switch closed
 _BRAKING = 30_000.0  # mm/s²: of friction, when the motors are cut off in full flight
 

@@ -203,10 +203,10 @@ class Stepper:
         self._elapsed += dt
 
     def tripped(self) -> bool:
-        """Whether the limit switch on the way has just changed."""
+        """Whether it is the limit switch on the way that has ended `time_left`."""
         if self.trip == inf or self._ramp is None:
             return False
-        return self._ramp.time_at(max(self.trip - self._done, 0.0)) <= self._elapsed
+        return self._ramp.time_at(max(self.trip - self._done, 0.0)) < self._ramp.duration
 
     def finish(self) -> bool:
         """What was running has ended; True when the motors are now at rest."""

@@ -9,7 +9,7 @@ from math import ceil, inf
 from typing import Any
 
 from kempelen.twin.grbl import commands, reports
-from kempelen.twin.grbl.core import HOLD, START, Core
+from kempelen.twin.grbl.core import HOLD, SLEEP, START, Core
 from kempelen.twin.grbl.gcode import FLOW_PAUSE, LINEAR, GcodeError
 from kempelen.twin.grbl.homing import HomingCycle
 from kempelen.twin.grbl.realtime import Outcome, Realtime
@@ -62,6 +62,7 @@ class Program:
             "soft limit": self._soft_limit,
             "home": self._home,
             "homed": self._homed,
+            "sleep": self._sleep,
             "startup": self._startup,
             "say": self._say,
             "answer": self._answer,
@@ -123,6 +124,8 @@ class Program:
         self._collect(bytes(ring[:end]))
         del ring[: end + 1]
         core.agenda.append(("answer", self._execute_line()))
+        if core.agenda[0] is commands.SLEEP_OP:
+            core.agenda.rotate(1)  # the answer is out before it falls asleep
         return True
 
     def _collect(self, raw: bytes) -> None:
@@ -358,6 +361,10 @@ class Program:
         core.eeprom.restore(what)
         self._stall(commands.bytes_written("restore"))
         self._replace(("restored",))
+        return True
+
+    def _sleep(self) -> bool:
+        self._core.flags |= SLEEP
         return True
 
     def _restored(self) -> bool:

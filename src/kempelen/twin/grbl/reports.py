@@ -1,6 +1,6 @@
 """The controller's longer answers. Source: GRBL wiki "Grbl v1.1 Interface"; stock 1.1h, build option V."""
 
-from kempelen.twin.grbl.gcode import FLOW_RUN, LINEAR, MM_PER_INCH, NO_MOTION, SEEK, Modes, ParserState
+from kempelen.twin.grbl.gcode import MM_PER_INCH, Modes, ParserState
 from kempelen.twin.grbl.settings import Eeprom, Vec
 from kempelen.twin.grbl.status import State
 
@@ -19,7 +19,9 @@ HELP = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\
 
 BUSY_STATES = frozenset({State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR})
 _G28_NAMES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30")
-_MOTION_NAMES = {NO_MOTION: "G80", 382: "G38.2", 383: "G38.3", 384: "G38.4", 385: "G38.5"}
+_MOTION_NAMES = {
+    0: "G0", 10: "G1", 20: "G2", 30: "G3", 800: "G80", 382: "G38.2", 383: "G38.3", 384: "G38.4", 385: "G38.5",
+}  # fmt: skip
 _MACHINE_POSITION, _BUFFER_STATE = 1, 2
 
 
@@ -63,15 +65,13 @@ def probe_result(position: Vec, *, touched: bool, inches: bool) -> str:
 def modes(parser: ParserState, *, inches: bool) -> str:
     """The line of ``$G``."""
     state: Modes = parser.modes
-    motion = _MOTION_NAMES.get(state.motion, f"G{state.motion // LINEAR if state.motion else SEEK}")
     words = [
-        motion,
+        _MOTION_NAMES[state.motion],
         f"G{54 + state.system}",
         f"G{17 + state.plane}",
         "G20" if state.inches else "G21",
         "G91" if state.relative else "G90",
         "G93" if state.inverse else "G94",
-        *([] if state.flow == FLOW_RUN else ["M0"]),
         f"M{state.spindle or 5}",
         "M8" if state.flood else "M9",
         f"T{parser.tool}",

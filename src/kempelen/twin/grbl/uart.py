@@ -31,8 +31,7 @@ class Uart:
         self._byte_s = BITS_PER_BYTE / baud if baud else 0.0
         self._coming: deque[tuple[float, int]] = deque()
         self._going: deque[tuple[float, bytes]] = deque()
-        self._last_in = 0.0
-        self._last_out = 0.0
+        self._last_in = self._last_out = 0.0
         self.ring = bytearray()
         self.dropped = 0
         self.clear()
@@ -49,6 +48,7 @@ class Uart:
         self.clear()
         self._coming.clear()
         self._going.clear()
+        self._last_in = self._last_out = 0.0
 
     # --- in ------------------------------------------------------------------------------------------------
 
