@@ -387,10 +387,11 @@ class GrblGantry:
         mark = session.link.banners
         session.link.realtime(codec.HOLD + codec.RESET)  # before anything else
         session.note_gripper()
-        self._end(session, StoppedError("The gantry was stopped.", hint="Recover, then home."))
+        error = StoppedError("The gantry was stopped.", hint="Recover, then home.")
+        self._end(session, error)
         self._condition.homed = False
         if self._jogger is not None:
-            self._jogger.end()
+            self._jogger.end(error)
         try:
             await session.restarted(mark)
         finally:

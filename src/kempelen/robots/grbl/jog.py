@@ -9,7 +9,7 @@ import asyncio
 
 import numpy as np
 
-from kempelen.core.errors import KempelenError, MotionError
+from kempelen.core.errors import KempelenError, MotionError, StoppedError
 from kempelen.core.geometry import Array
 from kempelen.core.table import WorkSpace
 from kempelen.robots.grbl import codec
@@ -40,6 +40,7 @@ class Jogger:
         self._velocity: Array = np.zeros(3)
         self._deadline = 0.0
         self._queued_until = 0.0
+        self._error: StoppedError | None = None
         self._news = asyncio.Event()
 
     def keep(self, direction: tuple[float, float, float], speed: float) -> None:
@@ -59,9 +60,10 @@ class Jogger:
         self._deadline = asyncio.get_running_loop().time() + self._timing.keep_alive
         self._news.set()
 
-    def end(self) -> None:
-        """Produce nothing more."""
+    def end(self, error: StoppedError | None = None) -> None:
+        """Produce nothing more; with an error, `run` ends with it and leaves coming to rest to the caller."""
         self._deadline = 0.0
+        self._error = error
         self._news.set()
 
     async def run(self) -> None:
@@ -74,8 +76,14 @@ class Jogger:
             while (wait := self._pause()) is not None:
                 if wait > 0 or not await self._segment():
                     await self._rest_until_news(max(wait, self._timing.jog_segment / 2))
-        finally:
+        except StoppedError:
+            raise  # `stop` has ended everything, and sees to the rest itself
+        except BaseException:
             await self._come_to_rest()
+            raise
+        if self._error is not None:
+            raise self._error
+        await self._come_to_rest()
 
     def _pause(self) -> float | None:
         """Seconds until the next command may be queued; None at the end."""
