@@ -1,15 +1,16 @@
 """The twin's one loop: bytes in, controller, physics, bytes out.
 
 Time runs at a chosen scale. At a finite scale the loop keeps pace with the wall clock. "As fast as it can" has
-two rules: while the robot works, one step follows the other; while it rests, time passes as on the wall, so that
-a host that thinks is not billed hours. And since at sixty times real time even a prompt host would look slow,
-the loop waits a moment for it when the planner runs low and nothing is on the line (`VirtualGrbl.starving`).
+two rules: while the robot works, one step follows the other; while it rests, time passes as on the wall, so
+that a host that thinks is not billed hours. And since at sixty times real time even a prompt host would look
+slow, the loop waits a moment for it when the planner runs low and nothing is on the line
+(`VirtualGrbl.starving`).
 """
 
 import select
 import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -19,7 +20,7 @@ from kempelen.twin.control import ControlServer, Pending, Reply
 from kempelen.twin.faults import apply_fault
 from kempelen.twin.grbl import VirtualGrbl
 from kempelen.twin.keeping import StateLock, load_state, save_state
-from kempelen.twin.machine import DRAWER_BELOW_X, make_controller, make_scene, tool_point
+from kempelen.twin.machine import Point, make_controller, make_scene, tool_point
 from kempelen.twin.physics.world import World
 from kempelen.twin.spec import TwinSpec
 from kempelen.twin.wire import make_wire
@@ -30,7 +31,10 @@ _PATIENCE_S = 0.1  # how long a starving controller waits for its host, wall clo
 _MAX_LAG_S = 0.1
 _OPENING_S = 0.15
 _WIND_DOWN_S = 120.0
-REACH_MM = 30.0
+
+
+def _errand(done: Callable[[], bool]) -> Pending:
+    return Pending(lambda: {} if done() else None)
 
 
 class TwinLoop:
@@ -79,7 +83,12 @@ class TwinLoop:
         self._stop = True
 
     def _quiet(self) -> bool:
-        return self._controller.idle() and self._world.settled() and not self._control.waiting
+        return (
+            self._controller.idle()
+            and self._world.settled()
+            and self._world.gripper_closed == self._gripper_closed()
+            and not self._control.waiting
+        )
 
     def _rest(self, wall: float) -> float:
         """Let time pass until somebody says something."""
@@ -208,26 +217,16 @@ class TwinLoop:
     def _carry(self, request: Mapping[str, Any]) -> Pending:
         """The virtual person takes the piece nearest to ``from`` to ``to``."""
         x, y = map(float, request["from"])
-        piece = self._world.nearest(x, y)
-        if piece.distance(x, y) > REACH_MM:
-            raise TwinError(f"No piece stands at ({x:.0f}, {y:.0f}) mm.", hint="Look at the table.")
-        return self._errand(piece.piece_id, request)
+        return _errand(self._world.person.carry((x, y), self._spot(request)))
 
     def _supply(self, request: Mapping[str, Any]) -> Pending:
-        """The virtual person brings a piece out of the drawer."""
-        wanted = (str(request["kind"]), bool(request["white"]))
-        for piece in self._world.pieces():
-            if (piece.kind, piece.white) == wanted and piece.x < DRAWER_BELOW_X:
-                return self._errand(piece.piece_id, request)
-        raise TwinError(
-            f"The drawer has no {'white' if wanted[1] else 'black'} {wanted[0]} left.",
-            hint="Play on with another kind.",
-        )
+        """The virtual person brings another piece."""
+        kind, white = str(request["kind"]), bool(request["white"])
+        return _errand(self._world.person.supply(kind, white, self._spot(request)))
 
-    def _errand(self, piece_id: str, request: Mapping[str, Any]) -> Pending:
+    def _spot(self, request: Mapping[str, Any]) -> Point:
         x, y = map(float, request["to"])
-        self._world.ask_person(piece_id, (x, y))
-        return Pending(lambda: {} if self._world.settled() else None)
+        return x, y, self._world.scene.surface(x, y)
 
     def _remove(self, request: Mapping[str, Any]) -> Reply:
         """The virtual person puts a piece into the drawer."""
@@ -255,7 +254,7 @@ class TwinLoop:
     # --- the end -------------------------------------------------------------------------------------------
 
     def _wind_down(self) -> None:
-        """What is in the controller's buffer is still driven, as on a real machine; then the table is kept."""
+        """What is in the controller's buffer is driven, as on a real machine; then the table is kept."""
         end = self._controller.time_s + _WIND_DOWN_S
         while not (self._controller.idle() and self._world.settled()) and self._controller.time_s < end:
             self._advance(STEP_S)

@@ -2,33 +2,17 @@
 
 from kempelen.core.table import WorkSpace
 from kempelen.twin.grbl import Machine, VirtualGrbl
-from kempelen.twin.physics.scene import Scene, StandingPiece
+from kempelen.twin.physics.scene import Scene
 from kempelen.twin.spec import TwinSpec
 
 Point = tuple[float, float, float]
 
 _POWER_UP = (0.35, 0.6, 0.8)  # where the carriage happens to be when the power comes on, shares of the box
-DRAWER = "QRBN"  # one of each, for each colour, that a person can bring when the trays lack it
-DRAWER_BELOW_X = -500.0
-_DRAWER_AT = (-800.0, -800.0)
-_DRAWER_PITCH = 80.0
 
 
 def make_scene(spec: TwinSpec) -> Scene:
-    """The table as laid, and a drawer far aside."""
-    drawer = [
-        StandingPiece(
-            f"{'w' if white else 'b'}{kind}drawer",
-            kind,
-            white,
-            _DRAWER_AT[0] - column * _DRAWER_PITCH,
-            _DRAWER_AT[1] - white * _DRAWER_PITCH,
-        )
-        for white in (True, False)
-        for column, kind in enumerate(DRAWER)
-    ]
-    laid = Scene.from_layout(spec.table(), spec.standing(), seed=spec.seed, scatter=spec.scatter)
-    return laid.with_pieces(drawer)
+    """The table as laid."""
+    return Scene.from_layout(spec.table(), spec.standing(), seed=spec.seed, scatter=spec.scatter)
 
 
 def make_controller(spec: TwinSpec) -> VirtualGrbl:
