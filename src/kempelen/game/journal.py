@@ -19,7 +19,7 @@ from urllib.parse import quote
 
 from kempelen.core.errors import JournalError
 from kempelen.game.journal_lock import WriterLock
-from kempelen.game.records import Begun, Ended, Record, from_json, to_json
+from kempelen.game.records import Begun, Ended, PairingSpec, PlayerSpec, Record, from_json, to_json
 from kempelen.game.schema import check_identity, migrate
 from kempelen.game.state import GameState
 
@@ -30,6 +30,10 @@ def _utc_now() -> datetime:
     return datetime.now(UTC)
 
 
+_NOBODY = PlayerSpec(kind="unknown", name="?")
+_UNKNOWN = PairingSpec(mode="?", white=_NOBODY, black=_NOBODY)
+
+
 @dataclass(frozen=True, slots=True)
 class GameSummary:
     """A line in the list of games.
@@ -37,7 +41,7 @@ class GameSummary:
     Attributes:
         plies: Half-moves in the game.
         result: ``*`` while it is not over.
-        reason: Of its end; empty while it is not over.
+        reason: Of its end; empty while it is not over; "damaged" when its records cannot be read.
     """
 
     game: int
@@ -104,20 +108,20 @@ class JournalReader:
             ).fetchall()
             return [self._summary(row) for row in rows]
 
-    def _summary(self, row: tuple[int, str, str, int, int, int | None]) -> GameSummary:
+    def _summary(self, row: tuple[int, str, str, int, int | None, int | None]) -> GameSummary:
         game, started, last, plies, pairing_seq, end_seq = row
-        record = self._record(pairing_seq)
-        pairing = getattr(record, "pairing", None)
-        if pairing is None:
-            raise JournalError(f"Game {game} in {self.path} has no beginning.", hint=_DAMAGED_HINT)
-        end = self._record(end_seq) if end_seq else None
+        try:
+            pairing = getattr(self._record(pairing_seq), "pairing", _UNKNOWN)
+            end = self._record(end_seq) if end_seq else None
+        except JournalError:
+            pairing, end = _UNKNOWN, Ended(result="*", reason="damaged")
         result, reason = (end.result, end.reason) if isinstance(end, Ended) else ("*", "")
         names = (pairing.mode, pairing.white.name, pairing.black.name)
         return GameSummary(game, started, last, *names, plies, result, reason)
 
-    def _record(self, seq: int) -> Record:
+    def _record(self, seq: int | None) -> Record:
         row = self._connection.execute("SELECT body FROM records WHERE seq = ?", (seq,)).fetchone()
-        return from_json(row[0])
+        return from_json(row[0] if row else "")
 
     def records(self, game: int) -> Iterator[tuple[str, Record]]:
         """(UTC time, record) of one game, in order.
@@ -142,8 +146,10 @@ class JournalReader:
         """
         records = (record for _, record in self.records(game))
         first = next(records, None)
-        if not isinstance(first, Begun):
+        if first is None:
             raise self._no_game(game)
+        if not isinstance(first, Begun):
+            raise JournalError(f"Game {game} in {self.path} does not start with its beginning.")
         state = GameState.begin(first)
         for record in records:
             state = state.after(record)
@@ -273,9 +279,6 @@ class GameLog:
         state = self.state.after(record)
         self.journal.append(self.game, record)
         self.state = state
-
-
-_DAMAGED_HINT = "Keep the file; recover what is left with: sqlite3 FILE .recover"
 
 
 def _file(path: Path) -> Path:
