@@ -12,6 +12,7 @@ limit across the path is that of the axis that would be strained most, while in 
 at their limits).
 """
 
+from itertools import pairwise
 from math import sqrt
 
 from kempelen.motion.leg import Leg
@@ -19,8 +20,10 @@ from kempelen.motion.race import Race
 
 FINENESS = 1.0
 """Distance of the chords from the curve over the junction deviation: at 1 the axes' limits are kept."""
-_SHORTEST = 0.4
-"""Length of a chord worth sending, mm: shorter ones cost the wire and gain nothing."""
+SHORTEST = 0.4
+"""Length of a chord worth sending, mm, unless the curve turns within less."""
+CRUMB = 0.1
+"""Length of a chord that is never sent, mm: the controller's steps are not much smaller."""
 _TURNLESS = 1e-6
 _INSTANT = 1e-9
 
@@ -28,7 +31,7 @@ _Pair = tuple[float, float]
 """Along the line, and up."""
 
 
-def cut(leg: Leg, race: Race) -> list[tuple[float, float]]:
+def cut(leg: Leg, race: Race) -> list[_Pair]:
     """The race's curve as points (distance along the line, z), mm, from the leg's start to its end."""
     space = leg.scene.table.space
     limits = (race.travel.acceleration, space.acceleration[2])
@@ -46,11 +49,24 @@ def cut(leg: Leg, race: Race) -> list[tuple[float, float]]:
             vs += rate_s * step
             vz += rate_z * step
             left -= step
-            if abs(s - points[-1][0]) + abs(z - points[-1][1]) > _SHORTEST:
-                points.append((s, z))
-    if len(points) > 1 and leg.length - points[-1][0] + abs(leg.end[2] - points[-1][1]) < _SHORTEST:
-        points.pop()
-    return [*points, (leg.length, leg.end[2])]
+            points.append((s, z))
+    points[-1] = (leg.length, leg.end[2])
+    return _without_crumbs(points, deviation)
+
+
+def _without_crumbs(points: list[_Pair], deviation: float) -> list[_Pair]:
+    """Leave out the ends of chords too short to be worth it, where the path stays as close to the curve."""
+    kept = [points[0]]
+    for (s, z), (after_s, after_z) in pairwise(points[1:]):
+        before_s, before_z = kept[-1]
+        gap = min(abs(s - before_s) + abs(z - before_z), abs(after_s - s) + abs(after_z - z))
+        if gap < SHORTEST:
+            along_s, along_z = after_s - before_s, after_z - before_z
+            off = abs((s - before_s) * along_z - (z - before_z) * along_s)
+            if gap < CRUMB or off <= deviation * sqrt(along_s * along_s + along_z * along_z):
+                continue
+        kept.append((s, z))
+    return [*kept, points[-1]]
 
 
 def _chord(velocity: _Pair, rate: _Pair, limits: _Pair, deviation: float) -> float:

@@ -103,7 +103,7 @@ def run(leg: Leg) -> Race:
         early = max((e for _, e in waits), default=0.0)
         return _Try(up, down, waits, max(wait, 0.0), max(early, 0.0))
 
-    lowest, highest = attempt(leg.rise), attempt(leg.scene.table.space.upper[2])
+    lowest, highest = attempt(leg.rise), attempt(_enough_height(leg))
     peak, best = _best_peak(attempt, leg, lowest, highest, travel.seconds)
     horizontal = travel.seconds + best.wait + best.early
     seconds = max(horizontal, best.vertical)
@@ -113,6 +113,12 @@ def run(leg: Leg) -> Race:
         min(travel.seconds + _in_order(leg, best.waits), best.vertical),
     )
     return Race(travel, best.up, best.down, peak, best.wait + (seconds - horizontal) / 2, seconds, bound)
+
+
+def _enough_height(leg: Leg) -> float:
+    """A peak above which A no longer falls: z passes the highest hurdle at full speed, or at the ceiling."""
+    space = leg.scene.table.space
+    return min(leg.rise + space.velocity[2] ** 2 / (2 * space.acceleration[2]), space.upper[2])
 
 
 def _best_peak(
@@ -126,7 +132,7 @@ def _best_peak(
 
     if enough(lowest):
         return leg.rise, lowest
-    low, high, best = leg.rise, leg.scene.table.space.upper[2], highest
+    low, high, best = leg.rise, _enough_height(leg), highest
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         one = attempt(middle)
