@@ -59,7 +59,8 @@ soak: setup
 	$(BIN)/python -m pytest -m soak --timeout 0 $(ARGS)
 
 docs: setup
-	$(BIN)/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "Open site/index.html"
 
 # Pins the newest versions that pyproject.toml allows; needs uv.
 lock: setup

@@ -18,17 +18,17 @@ PROJECT = {"architecture": "ARCHITECTURE.md", "contributing": "CONTRIBUTING.md",
 
 CONFIGURATION = """# Configuration
 
-No file is needed: the defaults describe the twin. `kempelen config` prints the file below; keep the lines that you
-change. It is looked for in `~/.config/kempelen/config.toml`, or named with `--config`. Options of the command line
-are stronger than the environment variable `KEMPELEN_DATA_DIR`, which is stronger than the file. A key that is not
-listed here is an error.
+No file is needed: the defaults describe the twin. `kempelen config` prints the file below; keep the lines
+that you change. It is looked for in `~/.config/kempelen/config.toml`, or named with `--config`. Options of the
+command line are stronger than the environment variable `KEMPELEN_DATA_DIR`, which is stronger than the file. A
+key that is not listed here is an error.
 
 """
 
 ERRORS = """# Errors and exit codes
 
-Every error says what happened and where, the number with its unit, the allowed range, and on its own line what to
-do next. A script sees the exit code.
+Every error says what happened and where, the number with its unit, the allowed range, and on its own line what
+to do next. A script sees the exit code.
 
 | error | exit code | meaning |
 |---|---|---|
@@ -43,9 +43,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "reference/errors.md": errors_page(),
     }
     pages |= {f"reference/{name}.md": package_page(name) for name in PACKAGES}
-    pages |= {
-        f"project/{name}.md": (ROOT / file).read_text(encoding="utf-8") for name, file in PROJECT.items()
-    }
+    for name, file in PROJECT.items():
+        pages[f"project/{name}.md"] = (ROOT / file).read_text(encoding="utf-8")
     for path, content in pages.items():
         files.append(File.generated(config, path, content=content))
     return files
@@ -70,11 +69,8 @@ def package_page(name: str) -> str:
 
 def errors_page() -> str:
     """The tree of errors, and what a script sees of them."""
-    tree = [
-        value
-        for value in vars(errors).values()
-        if isinstance(value, type) and issubclass(value, KempelenError)
-    ]
+    known = [value for value in vars(errors).values() if isinstance(value, type)]
+    tree = [error for error in known if issubclass(error, KempelenError)]
     rows = [f"| `{error.__name__}` | {error.exit_code} | {_first_line(error.__doc__)} |" for error in tree]
     return ERRORS + "\n".join([*rows, ""])
 
