@@ -18,17 +18,17 @@ PROJECT = {"architecture": "ARCHITECTURE.md", "contributing": "CONTRIBUTING.md",
 
 CONFIGURATION = """# Configuration
 
-No file is needed: the defaults describe the twin. `kempelen config` prints the file below; keep the lines
-that you change. It is looked for in `~/.config/kempelen/config.toml`, or named with `--config`. Options of the
-command line are stronger than the environment variable `KEMPELEN_DATA_DIR`, which is stronger than the file. A
-key that is not listed here is an error.
+No file is needed: the defaults describe the twin. `kempelen config` prints the file below; keep the
+lines that you change. It is looked for in `~/.config/kempelen/config.toml`, or named with `--config`.
+Options of the command line are stronger than the environment variable `KEMPELEN_DATA_DIR`, which is
+stronger than the file. A key that is not listed here is an error.
 
 """
 
 ERRORS = """# Errors and exit codes
 
-Every error says what happened and where, the number with its unit, the allowed range, and on its own line what
-to do next. A script sees the exit code.
+Every error says what happened and where, the number with its unit, the allowed range, and on its own
+line what to do next. A script sees the exit code.
 
 | error | exit code | meaning |
 |---|---|---|
