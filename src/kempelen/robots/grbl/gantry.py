@@ -10,28 +10,24 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequen
 from contextlib import contextmanager, suppress
 from typing import Self
 
-import numpy as np
-
-from kempelen.core.errors import AlarmError, BusyError, LinkError, NotHomedError, RobotError, StoppedError
-from kempelen.core.protocols import Action, GripperState, Options, Robot, RobotPhase, RobotState, SetGripper
+from kempelen.core.errors import BusyError, LinkError, NotHomedError, RobotError, StoppedError
+from kempelen.core.protocols import Action, Options, Robot, RobotPhase, RobotState
 from kempelen.core.table import Table, WorkSpace
 from kempelen.robots.grbl import codec, homing
 from kempelen.robots.grbl.codec import Event, Status
 from kempelen.robots.grbl.condition import Condition
 from kempelen.robots.grbl.connect import at_rest, greet
 from kempelen.robots.grbl.explain import alarm_error
-from kempelen.robots.grbl.gcode import BARRIER, PREAMBLE, GripperWiring, Program, compile_group, number, words
+from kempelen.robots.grbl.gate import Gate
+from kempelen.robots.grbl.gcode import BARRIER, PREAMBLE, GripperWiring, Program, compile_group, number
 from kempelen.robots.grbl.jog import Jogger
-from kempelen.robots.grbl.link import Link, RefusedError, Stream
+from kempelen.robots.grbl.link import Link
 from kempelen.robots.grbl.options import read_options
-from kempelen.robots.grbl.session import Session, apart, finish
+from kempelen.robots.grbl.running import carry_out
+from kempelen.robots.grbl.session import Session, finish
 from kempelen.robots.grbl.timing import Timing
 from kempelen.robots.grbl.watchdog import Watchdog
 from kempelen.robots.transport import Transport, open_port
-
-_ARRIVED = 0.06  # mm between target and report: a coarse step and its rounding
-_BARRIER_ASKS = 5
-_LOCKED = frozenset({8, 9})  # error codes that speak of the controller's state, not of the line
 
 
 def driver(port: str, table: Table, options: Options) -> Robot:
@@ -52,10 +48,6 @@ def driver(port: str, table: Table, options: Options) -> Robot:
         wiring=chosen.wiring,
         apply_settings=chosen.apply_settings,
     )
-
-
-class _PausedError(RobotError):
-    """`hold` broke off the homing; it begins anew after `resume`."""
 
 
 class GrblGantry:
@@ -89,9 +81,7 @@ class GrblGantry:
         self._watchdog: asyncio.Task[None] | None = None
         self._jogger: Jogger | None = None
         self._jogging: asyncio.Task[None] | None = None
-        self._ending: StoppedError | None = None
-        self._gate = asyncio.Event()  # shut between hold and resume
-        self._calm = asyncio.Event()  # shut while a cancel or a stop is bringing the machine to rest
+        self._gate = Gate()
 
     # --- life -----------------------------------------------------------------------------------------------
 
@@ -126,9 +116,7 @@ class GrblGantry:
 
     async def _open(self) -> None:
         self._condition.forget()
-        self._ending = None
-        self._gate.set()
-        self._calm.set()
+        self._gate.reset()
         link = Link(await self._connect(), self._hear, self._condition.lost)
         link.start()
         try:
@@ -136,23 +124,12 @@ class GrblGantry:
                 link, self.space, self._wiring, self._timing, apply_settings=self._apply_settings
             )
             session = Session(link, self._condition, greeting, self.space, self._wiring, self._timing)
-            await self._take_over(session)
+            await session.begin()
         except BaseException:
             await finish(link.close())
             raise
         self._open_session = session
         self._watchdog = asyncio.create_task(Watchdog(session).run(), name="watchdog of the gantry")
-
-    async def _take_over(self, session: Session) -> None:
-        condition, greeting = self._condition, session.greeting
-        condition.clear()
-        condition.connected, condition.memory_kept = True, greeting.memory_kept
-        condition.know_offset(greeting.work_offset)
-        condition.told(greeting.gripper)
-        if greeting.reopen:
-            condition.wanted = GripperState.OPEN
-            await session.restore()
-        condition.publish()
 
     async def _close(self) -> None:
         try:
@@ -192,7 +169,7 @@ class GrblGantry:
 
     def _require_free(self, activity: str) -> Session:
         session, condition = self._session, self._condition
-        if condition.activity or not self._calm.is_set():
+        if condition.activity or not self._gate.calm:
             raise BusyError(
                 f"The gantry is busy ({condition.activity or 'stopping'}); '{activity}' was refused.",
                 hint="Wait for it, or cancel it first.",
@@ -204,12 +181,13 @@ class GrblGantry:
     @contextmanager
     def _at_work(self, activity: str) -> Iterator[Session]:
         session = self._require_free(activity)
-        self._condition.activity, self._ending = activity, None
+        self._gate.begin()
+        self._condition.activity = activity
         self._condition.publish()
         try:
             yield session
         finally:
-            self._condition.activity, session.work = "", None
+            self._condition.activity = ""
             self._condition.publish()
 
     def _here(self) -> tuple[float, float, float]:
@@ -217,11 +195,6 @@ class GrblGantry:
         if not self._condition.homed or position is None:
             raise NotHomedError("The gantry does not know where it is.", hint="Home it first.")
         return position
-
-    async def _pass_gate(self) -> None:
-        await self._gate.wait()
-        if self._ending is not None:
-            raise self._ending
 
     # --- running a group ------------------------------------------------------------------------------------
 
@@ -241,9 +214,8 @@ class GrblGantry:
         """
         with self._at_work("run") as session:
             program = compile_group(group, self._here(), self.space, self._wiring)
-            session.dwell = max((act.seconds for act in group if isinstance(act, SetGripper)), default=0.0)
-            await self._pass_gate()
-            await self._carry_out(session, program)
+            await self._gate.wait()
+            await carry_out(session, program, self._gate)
 
     async def retract(self) -> None:
         """Straight up to the top of the work space, in machine coordinates: right with any work offset.
@@ -255,57 +227,8 @@ class GrblGantry:
             x, y, _ = self._here()
             top = self.space.upper[2]
             line = f"{PREAMBLE}G53G0Z{number(top - self.space.robot_from_machine[2])}\n".encode()
-            await self._pass_gate()
-            await self._carry_out(session, Program((line, BARRIER), (x, y, top), ()))
-
-    async def _carry_out(self, session: Session, program: Program) -> None:
-        stream = Stream(program.lines, session.greeting.window)
-        session.work = (program, stream)
-        try:
-            await session.link.stream(stream)
-            session.note_gripper()
-            await self._arrive(session, program.end)
-        except asyncio.CancelledError:
-            await finish(self._abandon(session))
-            raise
-        except StoppedError:
-            await self._calm.wait()
-            raise
-        except AlarmError:
-            raise
-        except RobotError as error:
-            await finish(self._abandon(session))
-            raise _as_line_fault(error) from error
-
-    async def _arrive(self, session: Session, target: tuple[float, float, float]) -> None:
-        """The barrier's second half: Idle, and at the target."""
-        for _ in range(_BARRIER_ASKS):
-            status = await self._settled(session)
-            if status.state == "Alarm":
-                raise AlarmError("The gantry locked itself.", hint="Recover, then home.")
-            if apart(self._condition.position, target) <= _ARRIVED:
-                return
-            await asyncio.sleep(self._timing.poll)
-        raise LinkError(
-            f"The gantry came to rest {apart(self._condition.position, target):.3f} mm from its target, "
-            f"allowed {_ARRIVED} mm: a line was lost on the way.",
-            hint="Check the cable, then home.",
-        )
-
-    async def _settled(self, session: Session) -> Status:
-        """At rest and not held: a hold is silent for as long as people like."""
-        status = await at_rest(session.link, self._timing)
-        while status.state in {"Hold", "Door"}:
-            await self._pass_gate()
-            await asyncio.sleep(self._timing.poll)
-            status = await at_rest(session.link, self._timing)
-        return status
-
-    async def _abandon(self, session: Session) -> None:
-        """After a failed or cancelled job: at rest, as far as the line still allows."""
-        if session.link.lost is None and self._condition.alarm is None:
-            with suppress(RobotError):
-                await session.halt()
+            await self._gate.wait()
+            await carry_out(session, Program((line, BARRIER), (x, y, top)), self._gate)
 
     # --- pause, cancel, stop --------------------------------------------------------------------------------
 
@@ -319,7 +242,7 @@ class GrblGantry:
             StoppedError: `stop` came first.
         """
         session, condition = self._session, self._condition
-        self._gate.clear()
+        self._gate.shut()
         condition.paused = True
         if condition.activity == "jog":
             await self.jog_stop()
@@ -327,7 +250,7 @@ class GrblGantry:
             session.link.realtime(codec.HOLD)
             await at_rest(session.link, self._timing)
         elif condition.activity == "home" and session.link.stream_at_work is not None:
-            session.link.fail(_PausedError("Homing was paused."))
+            session.link.fail(homing.PausedError("Homing was paused."))
             await session.reset(keeps_position=False)
             condition.clear()
         condition.publish()
@@ -352,7 +275,7 @@ class GrblGantry:
 
     def _open_gate(self) -> None:
         self._condition.paused = False
-        self._gate.set()
+        self._gate.open()
         self._condition.publish()
 
     async def cancel(self) -> None:
@@ -398,12 +321,11 @@ class GrblGantry:
             self._rested()
 
     def _end(self, session: Session, error: StoppedError) -> None:
-        self._calm.clear()
-        self._ending = error
+        self._gate.end(error)
         session.link.interrupt(error)
 
     def _rested(self) -> None:
-        self._calm.set()
+        self._gate.rested()
         self._open_gate()
 
     async def recover(self) -> None:
@@ -437,27 +359,7 @@ class GrblGantry:
             LinkError: the line was lost.
         """
         with self._at_work("home") as session:
-            while True:
-                await self._pass_gate()
-                if self._condition.wanted is GripperState.OPEN is not self._condition.gripper:
-                    await session.unlock()  # a reset closed it, perhaps on a piece: open before lifting
-                try:
-                    await homing.seek(session)
-                except _PausedError:
-                    continue
-                except StoppedError:
-                    await self._calm.wait()
-                    raise
-                await self._enter_space(session)
-                return
-
-    async def _enter_space(self, session: Session) -> None:
-        """From the pull-off beside the switches into the work space, where paths begin."""
-        here = self._here()
-        x, y, z = np.clip(here, self.space.lower, self.space.upper).tolist()
-        if apart(here, (x, y, z)) > 0.0:
-            line = f"{PREAMBLE}G0{words((x, y, z))}\n".encode()
-            await self._carry_out(session, Program((line, BARRIER), (x, y, z), ()))
+            await homing.home(session, self._gate)
 
     async def jog(self, direction: tuple[float, float, float], speed: float) -> None:
         """Keep moving along ``direction`` at ``speed`` mm/s; a keep-alive: motion ends when the calls do.
@@ -503,11 +405,3 @@ class GrblGantry:
             finally:
                 if task.done():
                     self._jogging = self._jogger = None
-
-
-def _as_line_fault(error: RobotError) -> RobotError:
-    if not isinstance(error, RefusedError):
-        return error
-    if error.code in _LOCKED:
-        return AlarmError(error.message, hint=error.hint)
-    return LinkError(f"{error.message} A line was damaged on its way.", hint=error.hint)

@@ -102,11 +102,13 @@ class Program:
         lines: Each with its newline; the last is a barrier.
         end: (x, y, z) mm where the tool point is afterwards, robot frame.
         gripper: After how many acknowledged lines the gripper is in which state.
+        longest_dwell: s; Idle with an acknowledgement owed is legal for so long.
     """
 
     lines: tuple[bytes, ...]
     end: tuple[float, float, float]
-    gripper: tuple[tuple[int, GripperState], ...]
+    gripper: tuple[tuple[int, GripperState], ...] = ()
+    longest_dwell: float = 0.0
 
     def gripper_after(self, acknowledged: int) -> GripperState | None:
         """The state that so many lines have brought about; None when they did not touch the gripper."""
@@ -142,7 +144,8 @@ def compile_group(
             lines.append(_dwell(action))
     if not group or isinstance(group[-1], Follow):
         lines.append(BARRIER)
-    return Program(tuple(lines), here, tuple(gripper))
+    dwells = (action.seconds for action in group if isinstance(action, SetGripper))
+    return Program(tuple(lines), here, tuple(gripper), max(dwells, default=0.0))
 
 
 def _dwell(action: SetGripper) -> bytes:

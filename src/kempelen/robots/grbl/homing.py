@@ -7,14 +7,55 @@ the ``ok``, then a report that says Idle with every axis at the pull-off from an
 import asyncio
 from contextlib import suppress
 
-from kempelen.core.errors import AlarmError, LinkError, SettingsError
+import numpy as np
+
+from kempelen.core.errors import AlarmError, LinkError, RobotError, SettingsError, StoppedError
+from kempelen.core.protocols import GripperState
 from kempelen.robots.grbl.connect import Greeting, at_rest, read_offsets
-from kempelen.robots.grbl.gcode import words
+from kempelen.robots.grbl.gate import Gate
+from kempelen.robots.grbl.gcode import BARRIER, PREAMBLE, Program, words
 from kempelen.robots.grbl.link import RefusedError, SilenceError
+from kempelen.robots.grbl.running import carry_out
 from kempelen.robots.grbl.session import Session, apart, finish
 
 _PULL_OFF_TOLERANCE = 0.5  # mm
 _OFFSET_TOLERANCE = 0.0015  # mm; offsets are reported with three decimals
+
+
+class PausedError(RobotError):
+    """A pause broke the homing off; it begins anew afterwards."""
+
+
+async def home(session: Session, gate: Gate) -> None:
+    """Home until it is proved, then go into the work space, where paths begin.
+
+    Raises:
+        AlarmError: a switch was not found, or the proof failed.
+        StoppedError: ended by `Gate.end`; the machine is at rest.
+        LinkError: the line was lost.
+    """
+    while True:
+        await gate.wait()
+        if session.condition.wanted is GripperState.OPEN is not session.condition.gripper:
+            await session.unlock()  # a reset closed it, perhaps on a piece: open before lifting
+        try:
+            await seek(session)
+        except PausedError:
+            continue
+        except StoppedError:
+            await gate.calmed()
+            raise
+        return await _enter_space(session, gate)
+
+
+async def _enter_space(session: Session, gate: Gate) -> None:
+    here = session.condition.position
+    if here is None:
+        raise LinkError("The controller reports no position.", hint="Send $10=1.")
+    x, y, z = np.clip(here, session.space.lower, session.space.upper).tolist()
+    if apart(here, (x, y, z)) > 0.0:
+        line = f"{PREAMBLE}G0{words((x, y, z))}\n".encode()
+        await carry_out(session, Program((line, BARRIER), (x, y, z)), gate)
 
 
 async def seek(session: Session) -> None:

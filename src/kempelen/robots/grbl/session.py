@@ -27,7 +27,7 @@ class Session:
     Attributes:
         greeting: What was found on connecting.
         work: The group at work and its stream; None while none is on the wire.
-        dwell: The longest pause in that group, s: Idle with an acknowledgement owed is legal for so long.
+        dwell: The longest pause in that group, s.
     """
 
     link: Link
@@ -38,6 +38,18 @@ class Session:
     timing: Timing
     work: tuple[Program, Stream] | None = None
     dwell: float = 0.0
+
+    async def begin(self) -> None:
+        """Believe what was found on connecting, and no more."""
+        condition, greeting = self.condition, self.greeting
+        condition.clear()
+        condition.connected, condition.memory_kept = True, greeting.memory_kept
+        condition.know_offset(greeting.work_offset)
+        condition.told(greeting.gripper)
+        if greeting.reopen:
+            condition.wanted = GripperState.OPEN
+            await self.restore()
+        condition.publish()
 
     def note_gripper(self) -> None:
         """What the acknowledged lines have done to the gripper."""
