@@ -6,26 +6,25 @@ terminals and pages come in by the other methods, at any time, and are obeyed be
 """
 
 import asyncio
-import contextlib
-from collections import deque
-from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import chess
 
 from kempelen.core import events
-from kempelen.core.errors import ConfigError, EngineError, GameError, KempelenError, StoppedError
+from kempelen.core.errors import ConfigError, EngineError, GameError, StoppedError
 from kempelen.core.protocols import Hand, Person, Thinking
 from kempelen.core.table import Table
 from kempelen.game.carrier import Carrier
-from kempelen.game.helpers import PersonDesk
+from kempelen.game.draws import DrawOffers
 from kempelen.game.journal import GameLog
 from kempelen.game.modes import Pairing, TakeOver
 from kempelen.game.mover import Mover
 from kempelen.game.notation import why_illegal
 from kempelen.game.observers import EventBus
+from kempelen.game.orders import Orders
 from kempelen.game.outcomes import by_agreement, by_resignation, by_score, end_of
+from kempelen.game.person_desk import PersonDesk
 from kempelen.game.players import Player, Proposal, Propose, Resign
 from kempelen.game.records import (
     Ended,
@@ -56,15 +55,6 @@ class ArbiterOptions:
     park: bool = True
     table_digest: str = ""
     program: str = "kempelen"
-
-
-@dataclass
-class _Order:
-    """A command that waits for its time."""
-
-    action: Callable[[], Awaitable[None]]
-    moves_robot: bool
-    answer: "asyncio.Future[None]" = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 
 
 class Arbiter:
@@ -106,11 +96,11 @@ class Arbiter:
         self._carrier = Carrier(log, hand, self.events, self._gate)
         desk = PersonDesk(log, person, verifier or Trust(), self.events)
         self._mover = Mover(log, self._carrier, desk, table, self.events)
-        self._orders: deque[_Order] = deque()
-        self._ordered = asyncio.Event()
+        self._orders = Orders()
         self._proposal: Proposal | None = None
-        self._offer: tuple[chess.Color, asyncio.Task[bool]] | None = None
+        self._draws = DrawOffers(self.events)
         self._task: asyncio.Task[object] | None = None
+        self._pausing = asyncio.Lock()
         self._held = False
         self._stopped = False
 
@@ -190,10 +180,10 @@ class Arbiter:
 
     async def _play(self) -> None:
         while self.state.ended is None:
-            if await self._obey():
+            if await self._orders.obey_one(paused=self.paused):
                 continue
             if self.paused:
-                await unless(self._ordered, self._gate.passed())
+                await unless(self._orders.came, self._gate.passed())
             elif (ended := self._concluded()) is not None:
                 await self._conclude(ended)
             else:
@@ -211,12 +201,9 @@ class Arbiter:
         return over
 
     def _close(self) -> None:
-        for order in self._orders:
-            order.answer.set_exception(GameError("The game has ended before this could be done."))
-            order.answer.exception()  # the one who asked may have gone
-        self._orders.clear()
-        if self._offer is not None:
-            self._offer[1].cancel()
+        self._orders.close()
+        self._draws.close()
+        self._gate.open()
         self.events.close()
 
     # --- a turn -----------------------------------------------------------------------------------
@@ -228,7 +215,7 @@ class Arbiter:
         player = self._pairing[board.turn]
         if self._proposal is None:
             self.events.emit(events.TurnBegan(board.turn, player.spec.name, board.fen()))
-            self._proposal = await unless(self._ordered, player.propose(board.copy(), self._thought))
+            self._proposal = await unless(self._orders.came, player.propose(board.copy(), self._thought))
         # Paused while the player thought: the proposal waits for the game to go on, or for another order.
         if self._proposal is not None and not self.paused and not self._orders:
             proposal, self._proposal = self._proposal, None
@@ -259,7 +246,7 @@ class Arbiter:
             )
         by_hand = self._options.hands == "person" and player.spec.kind == "person"
         await self._mover.make(move, by_hand=by_hand)
-        self._lapse_offer()
+        self._draws.moved(not self.state.board.turn)
         await self._clear_away()
 
     async def _clear_away(self) -> None:
@@ -274,38 +261,49 @@ class Arbiter:
     async def pause(self) -> None:
         """Stop at once, also in mid-transfer with a piece in the gripper; returns with the robot at rest."""
         self._must_run()
-        if self.paused:
-            return
-        self._gate.close()
-        self._held = self._carrier.moving
-        if self._held:
-            await self._carrier.hand.hold()
-        self._log.write(Paused())
+        async with self._pausing:
+            if self.paused and not self._gate.finishing:
+                return
+            self._gate.close()
+            self._held = self._carrier.moving
+            if self._held:
+                await self._carrier.hand.hold()
+            self._log.write(Paused())
+        self._tell_paused()
+
+    def _tell_paused(self) -> None:
         self.events.emit(events.Paused(in_transfer=self.state.pending is not None))
         self.events.emit(events.RobotChanged(self._carrier.robot))
 
     async def resume(self) -> None:
         """Go on after `pause`."""
         self._must_run()
-        if not self.paused:
-            return
-        self._log.write(Resumed())
-        self._gate.open()
-        await self._release()
+        async with self._pausing:
+            if not self.paused:
+                return
+            self._log.write(Resumed())
+            self._gate.open()
+            await self._release()
         self.events.emit(events.Resumed())
 
     async def finish_move(self) -> None:
-        """While paused: complete the move in hand, all its transfers, then stay paused."""
+        """While paused: complete the move in hand, all its transfers, then stay paused.
+
+        Raises:
+            GameError: The game is not paused, or the move could not be completed.
+        """
         self._must_run()
-        if not self.paused:
-            raise GameError("The game is not paused.", hint="Pause it first.")
-        if self.state.pending is None:
+        async with self._pausing:
+            if not self.paused:
+                raise GameError("The game is not paused.", hint="Pause it first.")
+            if self.state.pending is None and not self._carrier.moving:
+                return
+            finished = self._gate.finish()
             await self._release()
-            return
-        finished = self._gate.finishing()
-        await self._release()
         await asyncio.shield(finished)
-        self.events.emit(events.Paused(in_transfer=False))
+        if self.state.pending is not None:
+            raise GameError("The move in hand was not completed.", hint="Finish it, or resume.")
+        self._tell_paused()
 
     async def _release(self) -> None:
         if self._held:
@@ -318,7 +316,8 @@ class Arbiter:
         async def swap() -> None:
             self._swap(pairing, take_over)
 
-        await self._order(swap)
+        self._must_run()
+        await self._orders.give(swap)
 
     def _swap(self, pairing: Pairing, take_over: TakeOver | None) -> None:
         spec = pairing.spec
@@ -335,7 +334,8 @@ class Arbiter:
         Raises:
             GameError: So many have not been played.
         """
-        await self._order(lambda: self._take_back(plies), moves_robot=True)
+        self._must_run()
+        await self._orders.give(lambda: self._take_back(plies), moves_robot=True)
 
     async def _take_back(self, plies: int | None) -> None:
         count = self._plies_to_person() if plies is None else plies
@@ -361,7 +361,8 @@ class Arbiter:
 
     async def resign(self, colour: chess.Color) -> None:
         """``colour`` gives up; a move in hand is finished first."""
-        await self._order(lambda: self._conclude(by_resignation(colour)))
+        self._must_run()
+        await self._orders.give(lambda: self._conclude(by_resignation(colour)))
 
     async def offer_draw(self, colour: chess.Color) -> bool:
         """``colour`` offers a draw; whether it was agreed. The offer lapses with the opponent's next move.
@@ -370,27 +371,11 @@ class Arbiter:
             GameError: An offer is open already, or the game is not running.
         """
         self._must_run()
-        if self._offer is not None:
-            raise GameError("A draw is on offer already.", hint="Wait for the answer.")
-        self.events.emit(events.DrawOffered(colour))
-        question = asyncio.ensure_future(self._pairing[not colour].answer_draw(self.state.board.copy()))
-        self._offer = (colour, question)
-        try:
-            await asyncio.wait({question})
-            agreed = not question.cancelled() and question.result()
-        finally:
-            question.cancel()
-            self._offer = None
-        if not agreed:
-            self.events.emit(events.DrawDeclined(colour))
-            return False
-        await self._order(lambda: self._conclude(by_agreement()))
-        return True
-
-    def _lapse_offer(self) -> None:
-        """The side that just moved had not answered an offer: that declines it."""
-        if self._offer is not None and self._offer[0] == self.state.board.turn:
-            self._offer[1].cancel()
+        board = self.state.board.copy()
+        agreed = await self._draws.offer(colour, self._pairing[not colour], board)
+        if agreed:
+            await self._orders.give(lambda: self._conclude(by_agreement()))
+        return agreed
 
     async def _conclude(self, ended: Ended) -> None:
         """Leave the last piece alone, so that nothing is left to do after the end."""
@@ -432,39 +417,3 @@ class Arbiter:
     def _must_run(self) -> None:
         if self._task is None or self._task.done() or self.state.ended is not None:
             raise GameError("The game is not running.", hint="Start or resume it first.")
-
-    async def _order(self, action: Callable[[], Awaitable[None]], *, moves_robot: bool = False) -> None:
-        """Have something done between moves; what moves the robot also waits for the end of a pause."""
-        self._must_run()
-        order = _Order(action, moves_robot)
-        self._orders.append(order)
-        self._ordered.set()
-        await asyncio.shield(order.answer)
-
-    async def _obey(self) -> bool:
-        """Do the first order that may be done now; whether there was one."""
-        self._ordered.clear()
-        order = next((o for o in self._orders if not (o.moves_robot and self.paused)), None)
-        if order is None:
-            return False
-        self._orders.remove(order)
-        try:
-            await order.action()
-        except GameError as refused:
-            self._answer(order, refused)
-        except BaseException as error:
-            self._answer(
-                order, error if isinstance(error, KempelenError) else GameError("The game was cut off.")
-            )
-            raise
-        else:
-            self._answer(order, None)
-        return True
-
-    def _answer(self, order: _Order, error: KempelenError | None) -> None:
-        with contextlib.suppress(asyncio.InvalidStateError):
-            if error is None:
-                order.answer.set_result(None)
-            else:
-                order.answer.set_exception(error)
-                order.answer.exception()

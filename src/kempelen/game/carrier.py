@@ -130,8 +130,8 @@ class Carrier:
         except asyncio.CancelledError:
             await self._cut_off(task)
             raise
-        except KempelenError as error:
-            self._log.write(Interrupted(why=error.message))
+        except Exception as error:
+            self._log.write(Interrupted(why=str(error)))
             raise
         finally:
             self.moving = False

@@ -11,9 +11,9 @@ from kempelen.core import events
 from kempelen.core.places import Transfer
 from kempelen.core.table import Table
 from kempelen.game.carrier import Carrier
-from kempelen.game.helpers import PersonDesk
 from kempelen.game.journal import GameLog
 from kempelen.game.observers import EventBus
+from kempelen.game.person_desk import PersonDesk
 from kempelen.game.records import Committed, Intended, OperatorNeeded, Purpose
 from kempelen.game.recovery import Held, held
 from kempelen.game.transfers import Missing, Request, move_transfers, takeback_transfers

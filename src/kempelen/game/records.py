@@ -215,6 +215,13 @@ class Committed(_Fact):
     san: str
 
 
+class Helped(_Fact):
+    """A person had to do, or to see, what the robot could not: an intervention."""
+
+    kind: Literal["helped"] = "helped"
+    how: str = ""
+
+
 class TakebackAsked(_Fact):
     """Half-moves shall be taken back until only ``plies`` are left."""
 
@@ -270,6 +277,7 @@ Record = (
     | Step
     | HandEmpty
     | Interrupted
+    | Helped
     | Committed
     | TakebackAsked
     | Paused

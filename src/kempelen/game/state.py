@@ -18,6 +18,7 @@ from kempelen.game.records import (
     Committed,
     Ended,
     HandEmpty,
+    Helped,
     Intended,
     Interrupted,
     LayoutChanged,
@@ -85,6 +86,8 @@ class GameState:
         around: The last transfer, while the open gripper may still be around its piece.
         back_to: Half-moves are being taken back until so many are left.
         table: Digest of the table in use.
+        touched: Whether any piece was ever meant to be moved.
+        helps: Times that a person had to help the robot.
     """
 
     begun: Begun
@@ -101,6 +104,8 @@ class GameState:
     paused: bool = False
     table: str = ""
     ended: Ended | None = None
+    touched: bool = False
+    helps: int = 0
 
     @classmethod
     def begin(cls, begun: Begun) -> Self:
@@ -187,7 +192,7 @@ def _(record: LayoutChanged, state: GameState) -> GameState:
 def _(record: Intended, state: GameState) -> GameState:
     if state.pending is not None:
         raise JournalError("A move is intended while another one is in hand.")
-    return replace(state, pending=Pending(record), decided=None, needed=None)
+    return replace(state, pending=Pending(record), decided=None, needed=None, touched=True)
 
 
 @_apply.register
@@ -212,6 +217,11 @@ def _(_record: HandEmpty, state: GameState) -> GameState:
 @_apply.register
 def _(_record: Interrupted, state: GameState) -> GameState:
     return replace(state, pending=replace(_in_hand(state), interrupted=True))
+
+
+@_apply.register
+def _(_record: Helped, state: GameState) -> GameState:
+    return replace(state, helps=state.helps + 1)
 
 
 @_apply.register

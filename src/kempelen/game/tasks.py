@@ -23,7 +23,7 @@ async def unless(signal: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | Non
 class Gate:
     """Where motion waits while the game is paused.
 
-    A closed gate can let one move through: `finishing` opens it until `move_done` closes it again.
+    A closed gate can let one move through: `finish` opens it until `move_done` closes it again.
     """
 
     def __init__(self) -> None:
@@ -32,10 +32,16 @@ class Gate:
         self._finished: asyncio.Future[None] | None = None
         self.paused = False
 
+    @property
+    def finishing(self) -> bool:
+        """Whether a move is let through a pause."""
+        return self._finished is not None
+
     def close(self) -> None:
         """Nothing passes from now on."""
         self.paused = True
         self._open.clear()
+        self._end_finishing()
 
     def open(self) -> None:
         """Everything passes."""
@@ -47,7 +53,7 @@ class Gate:
         """Returns when the gate is open."""
         await self._open.wait()
 
-    def finishing(self) -> "asyncio.Future[None]":
+    def finish(self) -> "asyncio.Future[None]":
         """Open until the move in hand is done; the future tells when."""
         if self._finished is None:
             self._finished = asyncio.get_running_loop().create_future()
@@ -56,9 +62,9 @@ class Gate:
 
     def move_done(self) -> None:
         """The move in hand is done: close again if it was only to be finished."""
-        if self._finished is not None and self.paused:
+        if self._finished is not None:
             self._open.clear()
-        self._end_finishing()
+            self._end_finishing()
 
     def _end_finishing(self) -> None:
         if self._finished is not None and not self._finished.done():
