@@ -89,6 +89,22 @@ def test_every_key_is_in_the_example_with_its_meaning() -> None:
             assert len(sentence) > 8
 
 
+def test_meanings_are_read_from_docstrings() -> None:
+    class Told(BaseModel):
+        """A summary.
+
+        Attributes:
+            one: Begins here
+                and goes on.
+            two: Short.
+
+        Raises:
+            three: No attribute.
+        """
+
+    assert attribute_docs(Told) == {"one": "Begins here and goes on.", "two": "Short."}
+
+
 def test_the_default_file_is_read_when_it_is_there() -> None:
     default_config_path().parent.mkdir(parents=True)
     default_config_path().write_text('[robot]\nport = "/dev/ttyUSB7"\n')

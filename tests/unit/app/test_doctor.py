@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from kempelen.app import doctor
+from kempelen.app import doctor, doctor_ports, doctor_probe
 from kempelen.app.calibration_file import save_calibration
 from kempelen.app.config import Config, load_config
 from kempelen.app.doctor_ports import examine_port, examine_serial_ports, permission_advice
@@ -217,6 +217,15 @@ async def test_a_socket_that_answers_and_one_that_does_not() -> None:
     assert "cannot be reached" in check.found
 
 
+async def test_a_socket_that_keeps_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def never(*_address: object) -> None:
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(asyncio, "open_connection", never)
+    monkeypatch.setattr(doctor_ports, "_REACH_SECONDS", 0.01)
+    assert "no answer within" in (await examine_port("socket://192.0.2.1:23")).found
+
+
 @pytest.mark.parametrize(
     ("port", "said"),
     [
@@ -245,6 +254,13 @@ async def test_a_probe_that_works_fails_or_hangs() -> None:
 
 async def test_physics_works_here() -> None:
     assert is_ok(await examine_physics())
+
+
+async def test_broken_physics_fails_with_its_complaint(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor_probe, "_PHYSICS", "import mujoco_that_is_not_there")
+    check = await examine_physics()
+    assert check.status is Status.FAIL
+    assert "No module named 'mujoco_that_is_not_there'" in check.found
 
 
 async def test_no_gl_is_a_warning_with_each_librarys_complaint() -> None:
