@@ -4,6 +4,7 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 
 from kempelen.twin.grbl.settings import Vec
 from kempelen.twin.grbl.status import Status
+from kempelen.twin.grbl.words import GcodeError
 
 Pair = tuple[float, float]
 
@@ -14,47 +15,35 @@ _RADIUS_SHARE = 0.001
 _MAX_SEGMENTS = 0xFFFF
 
 
-class ArcError(Exception):
-    """Not an arc.
-
-    Args:
-        status: GRBL's error.
-    """
-
-    def __init__(self, status: Status) -> None:
-        super().__init__(status)
-        self.status = status
-
-
 def arc_from_radius(chord: Pair, radius: float, *, clockwise: bool) -> Pair:
     """Centre relative to the start, mm, of the arc over ``chord``; a negative radius takes the long way.
 
     Raises:
-        ArcError: the radius is too small for the chord.
+        GcodeError: the radius is too small for the chord.
     """
     x, y = chord
     room = 4.0 * radius * radius - x * x - y * y
     distance = hypot(x, y)
     if room < 0.0:
-        raise ArcError(Status.ARC_RADIUS_ERROR)
+        raise GcodeError(Status.ARC_RADIUS_ERROR)
     if distance == 0.0:  # the plane's part of a helix without a chord has no centre
-        raise ArcError(Status.INVALID_TARGET)
+        raise GcodeError(Status.INVALID_TARGET)
     height = -sqrt(room) / distance
     if clockwise == (radius < 0.0):
         height = -height
     return (0.5 * (x - y * height), 0.5 * (y + x * height))
 
 
-def arc_from_centre(chord: Pair, centre: Pair) -> None:
+def check_centre(chord: Pair, centre: Pair) -> None:
     """Check that start and end are equally far from the centre.
 
     Raises:
-        ArcError: they are not, by more than 0.5 mm or 0.1 % of the radius (at least 0.005 mm).
+        GcodeError: they are not, by more than 0.5 mm or 0.1 % of the radius (at least 0.005 mm).
     """
     radius = hypot(*centre)
     error = abs(hypot(chord[0] - centre[0], chord[1] - centre[1]) - radius)
     if error > _RADIUS_TOLERANCE and (error > _RADIUS_LIMIT or error > _RADIUS_SHARE * radius):
-        raise ArcError(Status.INVALID_TARGET)
+        raise GcodeError(Status.INVALID_TARGET)
 
 
 def arc_points(

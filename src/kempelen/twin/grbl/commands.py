@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 from kempelen.twin.grbl import reports
 from kempelen.twin.grbl.core import Core
-from kempelen.twin.grbl.gcode import GcodeError, Op
-from kempelen.twin.grbl.numbers import read_number
+from kempelen.twin.grbl.gcode import Op
 from kempelen.twin.grbl.settings import STARTUP_LINES
 from kempelen.twin.grbl.status import State, Status
+from kempelen.twin.grbl.words import GcodeError, read_number
 
 SLEEP_OP: Op = ("sleep",)
 _MAX_SETTING = 255

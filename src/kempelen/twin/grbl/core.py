@@ -10,6 +10,7 @@ from kempelen.twin.grbl.homing import HomingCycle
 from kempelen.twin.grbl.machine import Machine
 from kempelen.twin.grbl.motion import Stepper
 from kempelen.twin.grbl.planner import CAPACITY, Planner
+from kempelen.twin.grbl.reader import LineReader
 from kempelen.twin.grbl.settings import Eeprom, Vec
 from kempelen.twin.grbl.status import Alarm, State
 from kempelen.twin.grbl.uart import RING, Uart
@@ -63,7 +64,6 @@ class Core:
         self.flood = False
         self.spindle = 0
         self.rpm = 0.0
-        self.line = bytearray()
         self._forget()
 
     def _forget(self) -> None:
@@ -87,8 +87,7 @@ class Core:
         self.homing: HomingCycle | None = None
         self.probe_position: Vec = (0.0, 0.0, 0.0)
         self.probe_touched = False
-        self.line.clear()
-        self.line_overflow = self.line_comment = self.line_rest = False
+        self.reader = LineReader()
 
     # --- the board -----------------------------------------------------------------------------------------
 

@@ -6,15 +6,15 @@ from math import inf
 from typing import Any
 
 from kempelen.twin.grbl.core import Core
-from kempelen.twin.grbl.gcode import Modes, Op, ParserState
+from kempelen.twin.grbl.gcode import Op, ParserState
 from kempelen.twin.grbl.homing import HomingCycle
 from kempelen.twin.grbl.settings import Eeprom, Vec
 from kempelen.twin.grbl.status import Alarm
+from kempelen.twin.grbl.words import Modes
 
 _PLAIN = (
     "time", "rest_since", "state", "flood", "spindle", "rpm", "flags", "suspend", "alarm_told", "critical",
     "moving", "soft_limit", "asleep", "spindle_stopped", "spindle_override", "probe_touched",
-    "line_overflow", "line_comment", "line_rest",
 )  # fmt: skip
 _TIMES = ("pause_end", "start_at")
 
@@ -28,7 +28,7 @@ def snapshot(core: Core) -> dict[str, Any]:
         "alarm": int(core.alarm),
         "overrides": sorted(core.overrides),
         "agenda": [list(op) for op in core.agenda],
-        "line": core.line.decode("latin-1"),
+        "reader": core.reader.snapshot(),
         "probe": list(core.probe_position),
         "reports": [core.status.offset_due, core.status.override_due],
         "parser": asdict(core.parser.state),
@@ -51,7 +51,7 @@ def restore(core: Core, state: dict[str, Any]) -> None:
     core.alarm = Alarm(state["alarm"])
     core.overrides = set(state["overrides"])
     core.agenda = deque(_op(op) for op in state["agenda"])
-    core.line = bytearray(state["line"].encode("latin-1"))
+    core.reader.restore(state["reader"])
     core.probe_position = _vec(state["probe"])
     core.status.offset_due, core.status.override_due = state["reports"]
     _restore_eeprom(core.eeprom, Eeprom.from_snapshot(state["eeprom"]))

@@ -10,20 +10,16 @@ from typing import Any
 
 from kempelen.twin.grbl import commands, reports
 from kempelen.twin.grbl.core import HOLD, SLEEP, START, Core
-from kempelen.twin.grbl.gcode import FLOW_PAUSE, LINEAR, GcodeError
 from kempelen.twin.grbl.homing import HomingCycle
 from kempelen.twin.grbl.realtime import Outcome, Realtime
-from kempelen.twin.grbl.settings import MAX_LINE, Vec
+from kempelen.twin.grbl.settings import Vec
 from kempelen.twin.grbl.status import Alarm, State, Status
+from kempelen.twin.grbl.words import FLOW_PAUSE, LINEAR, GcodeError
 
 _START_DELAY_S = 0.002  # from a line's ok until its motion begins: "ok, then Idle" is true that long
 _DWELL_STEP_S = 0.05  # the firmware looks up from a dwell that often
 _DWELL_ROUNDING = 1e-6
 _MAX_DWELL_STEPS = 0xFFFF
-_DROPPED = bytes(range(33)) + b"/"
-_UPPER = bytes(c - 32 if 97 <= c <= 122 else c for c in range(256))  # noqa: PLR2004 - a to z
-_COMMENTS = frozenset(b"();")
-_OPEN, _CLOSE, _REST = b"();"
 _BLOCKED = frozenset({State.ALARM, State.JOG})
 
 
@@ -110,56 +106,20 @@ class Program:
     # --- reading -------------------------------------------------------------------------------------------
 
     def _read(self) -> bool:
-        """Take characters up to the end of a line; False when there are none left."""
+        """Take up the next line; False when there is none."""
         core = self._core
-        ring = core.uart.ring
-        if not ring:
+        if not core.uart.ring:
             return False
-        ends = [at for at in (ring.find(b"\n"), ring.find(b"\r")) if at >= 0]
-        if not ends:
-            self._collect(bytes(ring))
-            ring.clear()
+        line = core.reader.take(core.uart.ring)
+        if line is None:
             return False
-        end = min(ends)
-        self._collect(bytes(ring[:end]))
-        del ring[: end + 1]
-        core.agenda.append(("answer", self._execute_line()))
+        core.agenda.append(("answer", self._execute_line(*line)))
         if core.agenda[0] is commands.SLEEP_OP:
             core.agenda.rotate(1)  # the answer is out before it falls asleep
         return True
 
-    def _collect(self, raw: bytes) -> None:
+    def _execute_line(self, text: str, overflow: bool) -> int:  # noqa: FBT001 - data
         core = self._core
-        if core.line_overflow or core.line_comment or core.line_rest or not _COMMENTS.isdisjoint(raw):
-            self._collect_slowly(raw)
-            return
-        core.line += raw.translate(_UPPER, _DROPPED)
-        if len(core.line) > MAX_LINE:
-            del core.line[MAX_LINE:]
-            core.line_overflow = True
-
-    def _collect_slowly(self, raw: bytes) -> None:
-        """Character by character, because of comments."""
-        core = self._core
-        for byte in raw:
-            if core.line_overflow or core.line_comment or core.line_rest:
-                if byte == _CLOSE:
-                    core.line_comment = False
-            elif byte == _OPEN:
-                core.line_comment = True
-            elif byte == _REST:
-                core.line_rest = True
-            elif byte not in _DROPPED:
-                if len(core.line) == MAX_LINE:
-                    core.line_overflow = True
-                else:
-                    core.line.append(_UPPER[byte])
-
-    def _execute_line(self) -> int:
-        core = self._core
-        overflow, text = core.line_overflow, core.line.decode("latin-1")
-        core.line.clear()
-        core.line_overflow = core.line_comment = core.line_rest = False
         if overflow:
             return Status.OVERFLOW
         try:

@@ -1,8 +1,9 @@
 """The controller's longer answers. Source: GRBL wiki "Grbl v1.1 Interface"; stock 1.1h, build option V."""
 
-from kempelen.twin.grbl.gcode import MM_PER_INCH, Modes, ParserState
+from kempelen.twin.grbl.gcode import ParserState
 from kempelen.twin.grbl.settings import Eeprom, Vec
 from kempelen.twin.grbl.status import State
+from kempelen.twin.grbl.words import MM_PER_INCH, Modes
 
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
