@@ -13,7 +13,8 @@ import numpy as np
 
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import PieceShape
-from kempelen.twin.physics.scene import TRAY_THICKNESS, Scene, StandingPiece
+from kempelen.twin.physics.appearance import HIDDEN, add_paint
+from kempelen.twin.physics.scene import KINDS_BY_LETTER, TRAY_THICKNESS, Scene, StandingPiece
 from kempelen.twin.physics.units import KILOGRAMS, METRES
 
 FEET = 8
@@ -110,8 +111,9 @@ def add_piece(spec: Any, piece: StandingPiece, shape: PieceShape, up: Transform)
     body.add_freejoint(name=piece.piece_id)
     _add_inertia(body, shape)
     rgba = WHITE if piece.white else BLACK
-    _add_feet(body, shape, rgba)
-    _add_column(body, shape, rgba)
+    _add_feet(body, shape)
+    _add_column(body, shape)
+    add_paint(body, KINDS_BY_LETTER[piece.kind], shape, rgba)
 
 
 def _add_inertia(body: Any, shape: PieceShape) -> None:
@@ -124,23 +126,23 @@ def _add_inertia(body: Any, shape: PieceShape) -> None:
     body.inertia = (across, across, mass * base**2 * 0.35)
 
 
-def _add_feet(body: Any, shape: PieceShape, rgba: Colour) -> None:
+def _add_feet(body: Any, shape: PieceShape) -> None:
     ring = shape.base_diameter / 2 - FOOT_RADIUS
     for i in range(FEET):
         angle = math.tau * i / FEET
         body.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(FOOT_RADIUS * METRES, 0, 0), rgba=rgba,
+            type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(FOOT_RADIUS * METRES, 0, 0), group=HIDDEN,
             pos=np.array([ring * math.cos(angle), ring * math.sin(angle), FOOT_RADIUS]) * METRES,
             contype=0, conaffinity=Touch.SURFACE,
             friction=_friction(FELT_FRICTION), condim=3, priority=1, solref=FELT,
         )  # fmt: skip
 
 
-def _add_column(body: Any, shape: PieceShape, rgba: Colour) -> None:
+def _add_column(body: Any, shape: PieceShape) -> None:
     """Base disc, stem and head."""
     head, stem = shape.head_diameter / 2, shape.grip_diameter / 2
     disc = base_height(shape)
-    common = {"rgba": rgba, "contype": int(Touch.PIECE), "friction": _friction(FELT_FRICTION), "condim": 3}
+    common = {"group": HIDDEN, "contype": int(Touch.PIECE), "friction": _friction(FELT_FRICTION), "condim": 3}
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=(0, 0, (disc + 0.5) / 2 * METRES),
         size=(shape.base_diameter / 2 * METRES, (disc - 0.5) / 2 * METRES, 0),

@@ -7,8 +7,10 @@ import mujoco
 import numpy as np
 
 from kempelen.core.geometry import Array, Transform
+from kempelen.core.pieces import KINDS
+from kempelen.twin.physics.appearance import add_frame, add_meshes
 from kempelen.twin.physics.bodies import add_piece, add_surfaces, quaternion
-from kempelen.twin.physics.gantry import Jaw, add_gantry
+from kempelen.twin.physics.gantry import PALM_HEIGHT, Jaw, add_gantry
 from kempelen.twin.physics.scene import Scene
 from kempelen.twin.physics.units import METRES
 
@@ -27,10 +29,15 @@ def build_model(scene: Scene) -> Any:
     option.sleep_tolerance = 2e-3
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a world that breaks must not start anew
     add_surfaces(spec, scene)
+    add_meshes(spec, {kind: scene.table.pieces[kind] for kind in KINDS})
     up = Transform(scene.table.robot_from_board.rotation, np.zeros(3))
     for piece in scene.pieces:
         add_piece(spec, piece, scene.shape(piece), up)
-    add_gantry(spec, Jaw.of(scene.table.gripper))
+    jaw = Jaw.of(scene.table.gripper)
+    add_gantry(spec, jaw)
+    slides = {axis: spec.body(f"slide_{axis}") for axis in "xz"}
+    palm_top = jaw.length + PALM_HEIGHT
+    add_frame(spec, slides, scene.table.space, palm_top=palm_top, table_top=scene.table_top)
     _add_light_and_camera(spec, scene)
     return spec.compile()
 
@@ -50,6 +57,17 @@ def _add_light_and_camera(spec: Any, scene: Scene) -> None:
     spec.worldbody.add_camera(
         name="overview", pos=camera.translation * METRES, quat=quaternion(camera), fovy=40.0
     )
+
+    corner = robot_from_board @ _aside(np.array([side / 2, side / 2, 40.0]), 2.6 * side)
+    spec.worldbody.add_camera(
+        name="portrait", pos=corner.translation * METRES, quat=quaternion(corner), fovy=34.0
+    )
+
+
+def _aside(target: Array, distance: float) -> Transform:
+    """Of a camera at White's right hand, half-way up, that looks at ``target`` (3,) from ``distance`` mm."""
+    turned = Transform.about_z(math.radians(32.0)) @ _looking_down(math.radians(58.0), np.zeros(3))
+    return Transform(turned.rotation, target + distance * turned.rotation[:, 2])
 
 
 def _looking_down(nod: float, where: Array) -> Transform:
