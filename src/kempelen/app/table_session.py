@@ -62,7 +62,7 @@ def calibrated_table(config: Config) -> Table:
         CalibrationError: the calibration file is damaged.
     """
     table = config.build_table(load_calibration(config.calibration_path))
-    require_fit(table)
+    require_fit(table, config.planner.clearances.vertical)
     return table
 
 
@@ -119,8 +119,9 @@ class TableSession:
             return self._config.robot.port
         folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="kempelen-"))
         self._state.parent.mkdir(parents=True, exist_ok=True)
+        # The world is as configured; what a calibration says about it may be wrong, and must then show.
         spec = TwinSpec.of(
-            self.table,
+            self._config.build_table(),
             self._layout,
             control=Path(folder) / "control",
             speed=twin_speed(self._config),
