@@ -9,7 +9,7 @@ from contextlib import suppress
 
 from kempelen.core.errors import LinkError
 from kempelen.robots.grbl import codec
-from kempelen.robots.grbl.link import SilenceError
+from kempelen.robots.grbl.link import SilenceError, Stream
 from kempelen.robots.grbl.session import Session
 
 
@@ -20,7 +20,8 @@ class Watchdog:
         self._session = session
         self._link = session.link
         self._answered = (0, 0.0)  # how many reports there were, and since when there have been no more
-        self._progress = (-1, 0.0)  # how many lines were acknowledged, and since when no more
+        # How far which stream was, at which report, and since when it has not gone on.
+        self._progress: tuple[tuple[Stream, int] | None, int, float] = (None, 0, 0.0)
 
     async def run(self) -> None:
         """Until cancelled or the line is lost."""
@@ -44,15 +45,19 @@ class Watchdog:
         elif asks and not legal:
             with suppress(LinkError):
                 self._link.realtime(codec.ASK)
-        self._count_acknowledgements(now)
+        if not legal:
+            self._count_acknowledgements(now)
 
     def _count_acknowledgements(self, now: float) -> None:
+        """Idle in report after report while lines are owed an acknowledgement: one was lost."""
         stream, status = self._link.stream_at_work, self._session.condition.status
         if stream is None or status is None or status.state != "Idle":
-            self._progress = (-1, now)
-        elif stream.acknowledged != self._progress[0]:
-            self._progress = (stream.acknowledged, now)
-        elif now - self._progress[1] > self._session.timing.lost_ok + self._session.dwell:
+            self._progress = (None, 0, now)
+            return
+        last, reports, since = self._progress
+        if (stream, stream.acknowledged) != last:
+            self._progress = ((stream, stream.acknowledged), self._link.statuses, now)
+        elif now - since > self._patience() and self._link.statuses > reports + 1:
             self._link.fail(
                 LinkError(
                     f"The controller is idle but owes {stream.outstanding} acknowledgements: "
@@ -60,6 +65,9 @@ class Watchdog:
                     hint="Check the cable; keep it away from motor wires.",
                 )
             )
+
+    def _patience(self) -> float:
+        return self._session.timing.lost_ok + self._session.dwell
 
     def _fell_silent(self) -> None:
         if self._session.work is not None:

@@ -21,7 +21,7 @@ from kempelen.core.errors import BusyError, LinkError, MotionError, NotHomedErro
 from kempelen.core.protocols import Follow, GripperState, Robot, RobotPhase, RobotState, SetGripper
 from kempelen.core.table import WorkSpace
 
-_TOLERANCE = 0.1  # mm between what a robot says and where it is
+_TOLERANCE = 0.3  # mm between what a robot says and where it is: its motors are no magic either
 _PATIENCE = 20.0  # s, wall clock; a machine that takes longer has failed
 
 
@@ -119,7 +119,7 @@ class RobotContract:
                 await robot.run([path((0, 0, 0), (1, 1, 1))])
             with pytest.raises(NotHomedError):
                 await robot.jog((1.0, 0.0, 0.0), 10.0)
-            assert rig.position() == before
+            assert apart(rig.position(), before) <= _TOLERANCE
         assert phase(robot) is RobotPhase.DISCONNECTED
 
     async def test_home(self, rig: Rig) -> None:
@@ -226,7 +226,7 @@ class RobotContract:
             held_at = rig.position()
             assert apart(held_at, end) > _TOLERANCE
             await asyncio.sleep(0.02)
-            assert rig.position() == held_at
+            assert apart(rig.position(), held_at) <= _TOLERANCE
             assert not running.done()
             await robot.resume()
             await running
@@ -254,7 +254,7 @@ class RobotContract:
             await robot.hold()
             held_at = rig.position()
             await asyncio.sleep(0.02)
-            assert rig.position() == held_at
+            assert apart(rig.position(), held_at) <= _TOLERANCE
             await robot.resume()
             await homing
             assert robot.state.homed
@@ -288,7 +288,7 @@ class RobotContract:
         stopped_at = rig.position()
         assert apart(stopped_at, end) > _TOLERANCE
         await asyncio.sleep(0.02)
-        assert rig.position() == stopped_at
+        assert apart(rig.position(), stopped_at) <= _TOLERANCE
         assert robot.state.homed
         assert phase(robot) is RobotPhase.IDLE
         assert apart(here(robot), stopped_at) <= _TOLERANCE
@@ -317,7 +317,7 @@ class RobotContract:
             stopped_at = rig.position()
             assert apart(stopped_at, end) > _TOLERANCE
             await asyncio.sleep(0.02)
-            assert rig.position() == stopped_at
+            assert apart(rig.position(), stopped_at) <= _TOLERANCE
             assert not robot.state.homed
             assert robot.state.message
             with pytest.raises(RobotError):
@@ -373,7 +373,7 @@ class RobotContract:
             assert not robot.state.homed
             resting = rig.position()
             await asyncio.sleep(0.02)
-            assert rig.position() == resting
+            assert apart(rig.position(), resting) <= _TOLERANCE
             await robot.home()
             assert apart(here(robot), rig.position()) <= _TOLERANCE
 
@@ -385,7 +385,7 @@ class RobotContract:
         stopped_at = rig.position()
         assert apart(stopped_at, end) > _TOLERANCE
         await asyncio.sleep(0.02)
-        assert rig.position() == stopped_at
+        assert apart(rig.position(), stopped_at) <= _TOLERANCE
 
     async def test_it_can_be_entered_again(self, rig: Rig) -> None:
         robot = rig.robot()
@@ -422,7 +422,7 @@ class RobotContract:
             assert apart(stopped_at, start) > 1
             assert apart(here(robot), stopped_at) <= _TOLERANCE
             await asyncio.sleep(0.02)
-            assert rig.position() == stopped_at
+            assert apart(rig.position(), stopped_at) <= _TOLERANCE
 
     async def test_a_jog_stays_within_the_work_space(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -452,7 +452,7 @@ class RobotContract:
             await robot.stop()
             stopped_at = rig.position()
             await asyncio.sleep(0.02)
-            assert rig.position() == stopped_at
+            assert apart(rig.position(), stopped_at) <= _TOLERANCE
             assert not robot.state.homed
             with pytest.raises(StoppedError):
                 await robot.jog_stop()
