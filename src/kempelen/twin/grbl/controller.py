@@ -215,7 +215,7 @@ class VirtualGrbl:
             core.alarm = homing.failure
             core.reset()
         elif homing.done:
-            core.homing = None
+            core.end_homing()
             core.flags &= ~(
                 HOLD | START | CANCEL
             )  # only resets and status requests are looked at while homing

@@ -139,10 +139,15 @@ class Core:
         self.de_energise()
         if self.state == State.HOME:
             self.alarm = self.alarm or Alarm.HOMING_RESET
-            self.homing = None
+            self.end_homing()
         elif self.state in {State.RUN, State.JOG} or self.stepper.holding:
             self.alarm = Alarm.ABORT_CYCLE
             self.kill_motion()
+
+    def end_homing(self) -> None:
+        """The stepper takes over where homing has left the motors."""
+        self.homing = None
+        self.stepper.position = self.machine.motor
 
     def kill_motion(self) -> None:
         """Stop the step pulses; the carriage slides on a little."""

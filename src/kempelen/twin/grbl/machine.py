@@ -44,11 +44,6 @@ class Machine:
         (x, y, z), (dx, dy, dz) = self.motor, self._slip
         return (x + dx, y + dy, z + dz)
 
-    def true(self, motor: Vec) -> Vec:
-        """Where the carriage is when the motors have been driven on to ``motor``."""
-        self.follow(motor)
-        return self.position
-
     def follow(self, motor: Vec) -> None:
         """The motors have been told to go to ``motor``."""
         if self.stalled:
