@@ -180,12 +180,15 @@ class TwinConfig(Section):
         speed: Time scale, 1 is real time; "max" is as fast as the computer can.
         scatter: How far from the centre of its place a piece may stand at the start, mm.
         baud: Speed of the serial line to model, bit/s; 0 for one without delay.
+        control: Control socket of a twin that was started separately and answers at the robot's port, so that
+            reports have its ground truth; empty for none.
     """
 
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     speed: Annotated[float, Field(gt=0, le=1000)] | Literal["max"] = 1.0
     scatter: Annotated[float, Field(ge=0, le=6)] = 3.0
     baud: Annotated[int, Field(ge=0, le=10_000_000)] = 0
+    control: Annotated[str, Field(max_length=200)] = ""
 
 
 class PlayConfig(Section):

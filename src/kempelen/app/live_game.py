@@ -9,10 +9,9 @@ from kempelen.app.cast import Cast, GameRequest
 from kempelen.app.config import Config
 from kempelen.app.measure import MeasuredPlayer, Measurements
 from kempelen.app.paths import journal_path, pgn_path, twin_state_path
-from kempelen.app.people import Ask, Operator, VirtualPerson
+from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
 from kempelen.app.report import GameReport
 from kempelen.app.table_session import TableSession, calibrated_table, digest
-from kempelen.core.errors import JournalError
 from kempelen.core.places import Layout
 from kempelen.core.table import Table
 from kempelen.game.arbiter import Arbiter, ArbiterOptions
@@ -20,6 +19,8 @@ from kempelen.game.game_log import PgnKeeper
 from kempelen.game.journal import GameLog, Journal
 from kempelen.game.modes import Pairing, TakeOver
 from kempelen.game.opening import new_game
+from kempelen.game.records import HandEmpty, Helped
+from kempelen.twin.keeping import StateLock
 
 
 class LiveGame:
@@ -33,12 +34,14 @@ class LiveGame:
         arbiter: Owns the game.
         cast: Its players.
         measurements: Taken between moves.
+        notice: What the person should know before it begins; mostly empty.
     """
 
     def __init__(self, config: Config, request: GameRequest | int, ask: Ask) -> None:
         self._config = config
         self._request = request
         self._ask = ask
+        self.notice = ""
         self._stack = AsyncExitStack()
         self.cast = Cast(config, self._stack)
 
@@ -58,7 +61,6 @@ class LiveGame:
     async def _set_up(self) -> None:
         table = calibrated_table(self._config)
         journal = self._stack.enter_context(Journal(journal_path(self._config.data_dir)))
-        options = ArbiterOptions(hands=self._config.play.hands, table_digest=digest(table))
         if isinstance(self._request, GameRequest):
             pairing = await self.cast.pairing(self._request)
             take_over = await self.cast.take_over(self._request)
@@ -66,12 +68,14 @@ class LiveGame:
                 self._request.start_fen,
                 dict(self._request.score.headers if self._request.score else {}),
             )
+            options = ArbiterOptions(hands=self._config.play.hands, table_digest=digest(table))
             log = new_game(
                 journal, pairing, table,
                 start_fen=fen, headers=headers, take_over=take_over, options=options,
             )  # fmt: skip
         else:
             log = journal.reopen(self._request)
+            options = ArbiterOptions(hands=log.state.begun.hands, table_digest=digest(table))
             pairing = await self.cast.again(log.state.pairing)
             take_over = await self.cast.take_over_again(log.state.take_over)
         await self._bring_up(log, table, pairing, take_over, options)
@@ -84,26 +88,39 @@ class LiveGame:
         take_over: TakeOver | None,
         options: ArbiterOptions,
     ) -> None:
-        state = twin_state_path(self._config.data_dir, log.game)
-        resume = not isinstance(self._request, GameRequest)
-        if resume and self._config.on_twin and not state.exists():
-            raise JournalError(
-                f"The twin's table of game {log.game} is not kept in {state}.",
-                hint="Begin a new game from its position: kempelen play --fen FEN",
-            )
-        self._twin_state = state
+        self._twin_state = twin_state_path(self._config.data_dir, log.game)
+        kept = await self._table_kept(log)
         self.session = await self._stack.enter_async_context(
-            TableSession(self._config, table, log.state.begun.layout, state=state, resume=resume)
+            TableSession(self._config, table, log.state.layout, state=self._twin_state, resume=kept)
         )
         self.measurements = Measurements(table, self.session.twin)
-        self.person = self._person(table, lambda: log.state.layout)
+        person = self._person(table, lambda: log.state.layout)
         self.arbiter = Arbiter(
             log, self.session.hand, self._measured(pairing), table,
-            person=self.person, options=options,
+            person=Helpful(person, log.write), options=options,
             take_over=TakeOver(take_over.ply, self._measured(take_over.pairing)) if take_over else None,
         )  # fmt: skip
         self.arbiter.events.listen(self.measurements.listen)
         self.arbiter.events.listen(PgnKeeper(pgn_path(self._config.data_dir, log.game), lambda: log.state))
+
+    async def _table_kept(self, log: GameLog) -> bool:
+        """Whether the twin's table is there as the last program left it; if it was lost, say so first.
+
+        A twin that was killed itself takes its table with it. The virtual person then sets up another one as
+        the journal has it, any piece in the gripper back on its source; the journal knows before it happens.
+        """
+        if not self._config.on_twin:
+            return False
+        await StateLock.released(self._twin_state)
+        kept = log.resumed and self._twin_state.exists()
+        if log.resumed and not kept and log.state.touched:
+            log.write(Helped(how="set up the table again"))
+            log.write(HandEmpty())
+            self.notice = (
+                f"The table of game {log.game} was lost with its twin's process; "
+                "the virtual person has set up another one as the journal has it."
+            )
+        return kept
 
     def _person(self, table: Table, layout: Callable[[], Layout]) -> Operator | VirtualPerson:
         if self.session.twin is None:
@@ -136,9 +153,7 @@ class LiveGame:
         await self.measurements.sample()
         wall = time.monotonic() - started
         self._ended = True
-        return self.measurements.report(
-            self.arbiter, over, interventions=self.person.interventions, wall=wall
-        )
+        return self.measurements.report(self.arbiter, over, wall=wall)
 
     _ended = False
 

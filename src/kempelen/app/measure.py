@@ -100,9 +100,7 @@ class Measurements:
         """Distance of each placed piece from its place's centre, mm (twin only)."""
         return list(self._audit.errors) if self._audit else []
 
-    def report(
-        self, arbiter: Arbiter, over: events.GameOver, *, interventions: int, wall: float
-    ) -> GameReport:
+    def report(self, arbiter: Arbiter, over: events.GameOver, *, wall: float) -> GameReport:
         """Everything together."""
         state, audit = arbiter.state, self._audit
         bound = sum(report.bound for report in self.reports)
@@ -112,7 +110,7 @@ class Measurements:
             final_fen=state.board.fen(),
             plies=state.plies,
             transfers=self.transfers,
-            interventions=interventions,
+            interventions=state.helps,
             placement=audit.summary() if audit else None,
             collisions=audit.collisions if audit else 0,
             robot_time_s=round(self.robot_seconds, 3),

@@ -7,7 +7,9 @@ import chess
 
 from kempelen.core.pieces import piece_name
 from kempelen.core.places import Layout, Place, Transfer
+from kempelen.core.protocols import Person
 from kempelen.core.table import Table
+from kempelen.game.records import Helped, Record
 from kempelen.twin.client import TwinControl
 
 Ask = Callable[[str], Awaitable[str]]
@@ -23,7 +25,6 @@ class Operator:
 
     def __init__(self, ask: Ask) -> None:
         self._ask = ask
-        self.interventions = 0
 
     async def carry(self, transfers: Sequence[Transfer]) -> None:
         """Wait until the person has made the move."""
@@ -32,22 +33,18 @@ class Operator:
 
     async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:
         """Wait until the piece stands there."""
-        self.interventions += 1
         await self._ask(f"{reason} Stand a {piece_name(piece)} on {place}; press Enter when it is done.")
 
     async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:
         """Wait until the place is empty."""
-        self.interventions += 1
         await self._ask(f"{reason} Take the {piece_name(piece)} off {place}; press Enter when it is done.")
 
     async def put_right(self, request: str) -> None:
         """Wait until the table is as the sentence says."""
-        self.interventions += 1
         await self._ask(f"{request} Press Enter when it is done.")
 
     async def is_holding(self, piece: chess.Piece) -> bool:
         """Ask; a sensorless robot cannot know after a reset."""
-        self.interventions += 1
         return (await self._ask(f"Is the {piece_name(piece)} in the gripper? (y/n)")).strip().lower() in YES
 
 
@@ -64,7 +61,6 @@ class VirtualPerson:
         self._table = table
         self._control = control
         self._layout = layout
-        self.interventions = 0
 
     def _at(self, place: Place) -> list[float]:
         x, y, _ = self._table.centre(place)
@@ -89,7 +85,6 @@ class VirtualPerson:
 
     async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:  # noqa: ARG002 - asked of all
         """Bring a piece out of the drawer."""
-        self.interventions += 1
         if not await self._stands(piece, place):
             await self._control.ask(
                 "supply", kind=piece.symbol().upper(), white=piece.color, to=self._at(place)
@@ -97,13 +92,11 @@ class VirtualPerson:
 
     async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:  # noqa: ARG002 - asked of all
         """Put a piece into the drawer."""
-        self.interventions += 1
         if await self._stands(piece, place):
             await self._control.ask("remove", **{"from": self._at(place)})
 
     async def put_right(self, request: str) -> None:  # noqa: ARG002 - asked of all
         """Carry every piece that is not where the game says to where it belongs."""
-        self.interventions += 1
         for place, piece in self._layout().items():
             if not await self._stands(piece, place) and (stray := await self._stray(piece)) is not None:
                 await self._control.ask("carry", **{"from": stray, "to": self._at(place)})
@@ -121,7 +114,6 @@ class VirtualPerson:
 
     async def is_holding(self, piece: chess.Piece) -> bool:
         """Look whether the piece hangs between the pads."""
-        self.interventions += 1
         truth = await self._control.ask("truth")
         x, y, z = truth["tool"]
         return any(
@@ -131,6 +123,44 @@ class VirtualPerson:
             and (p["kind"], p["white"]) == (piece.symbol().upper(), piece.color)
             for p in truth["pieces"]
         )
+
+
+class Helpful:
+    """A person whose every help is written to the journal: the robot should not need any.
+
+    Args:
+        person: Who helps.
+        write: Puts a record into the game's journal.
+    """
+
+    def __init__(self, person: Person, write: Callable[[Record], None]) -> None:
+        self._person = person
+        self._write = write
+
+    async def carry(self, transfers: Sequence[Transfer]) -> None:
+        """A move by the player's own hand is no help."""
+        await self._person.carry(transfers)
+
+    async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:
+        """Bring a piece."""
+        await self._person.supply(piece, place, reason)
+        self._write(Helped(how=f"brought the {piece_name(piece)} to {place}"))
+
+    async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:
+        """Take a piece away."""
+        await self._person.remove(piece, place, reason)
+        self._write(Helped(how=f"took the {piece_name(piece)} off {place}"))
+
+    async def put_right(self, request: str) -> None:
+        """Put right what stands wrong."""
+        await self._person.put_right(request)
+        self._write(Helped(how=request))
+
+    async def is_holding(self, piece: chess.Piece) -> bool:
+        """Look into the gripper."""
+        holding = await self._person.is_holding(piece)
+        self._write(Helped(how=f"saw {'the' if holding else 'no'} {piece_name(piece)} in the gripper"))
+        return holding
 
 
 class Answers:

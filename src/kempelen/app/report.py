@@ -12,7 +12,7 @@ class GameReport:
     """What ``--report FILE`` writes.
 
     Attributes:
-        interventions: Times that a person had to help the robot.
+        interventions: Times that a person had to help the robot, in the whole game.
         placement: From the twin's ground truth; None on real hardware.
         collisions: Moves in which a piece that was not carried moved over 1 mm (twin only).
         robot_time_s: Time in which the robot worked at moves; simulated on the twin.

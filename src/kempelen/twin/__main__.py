@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+from contextlib import suppress
 
 from kempelen.core.errors import KempelenError
 from kempelen.twin.loop import TwinLoop
@@ -17,15 +18,24 @@ def _first_line() -> bytes:
     return bytes(line)
 
 
+def _tell(answer: dict[str, str]) -> None:
+    """To the parent, if it is still there."""
+    with suppress(BrokenPipeError):
+        os.write(sys.stdout.fileno(), json.dumps(answer).encode() + b"\n")
+
+
 def main() -> int:
     """Read the spec, say where the wire is, run."""
+    line = _first_line()
+    if not line.endswith(b"\n"):
+        return 1  # the parent died before it had said what it wanted
     try:
-        spec = TwinSpec.model_validate_json(_first_line())
+        spec = TwinSpec.model_validate_json(line)
         loop = TwinLoop(spec, alive=sys.stdin.fileno())
     except (KempelenError, ValueError) as error:
-        print(json.dumps({"error": str(error)}), flush=True)  # noqa: T201 - the parent reads it
+        _tell({"error": str(error)})
         return 1
-    print(json.dumps({"address": loop.address}), flush=True)  # noqa: T201 - the parent reads it
+    _tell({"address": loop.address})
     loop.run()
     return 0
 

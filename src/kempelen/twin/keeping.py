@@ -1,12 +1,16 @@
 """The table while no process runs it: like a real one, it stays as it was.
 
-The controller counts as powered throughout, so what it knew it still knows.
+The controller counts as powered throughout, so what it knew it still knows. The file exists only while the
+table is put away: it is removed before the table changes for the first time, and written when its process
+ends. If that process is killed itself, its table is gone, and no older state can be mistaken for it.
 """
 
+import asyncio
 import fcntl
 import json
 import os
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -16,6 +20,7 @@ from kempelen.twin.physics.world import World
 
 VERSION = 1
 _WAIT_S = 45.0
+_POLL_S = 0.02
 
 
 class StateLock:
@@ -23,34 +28,71 @@ class StateLock:
 
     Args:
         path: Of the state file; the lock lies beside it.
+        wanted: Whether this process's table is still wanted. Who waited and is not wanted any more must not
+            touch what belongs to a later one by now.
 
     Raises:
-        TwinError: another process goes on using the table.
+        TwinError: another process goes on using the table, or nobody wants this one's.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, wanted: Callable[[], bool] = lambda: True) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file: TextIO = path.with_suffix(".lock").open("a+")
-        end = time.monotonic() + _WAIT_S
-        while not self._try():
-            if time.monotonic() > end:
-                self._file.close()
-                raise TwinError(
-                    f"Another twin is running the table kept in {path}.",
-                    hint="End the program that uses it, or choose another --data-dir.",
-                )
-            time.sleep(0.02)
-
-    def _try(self) -> bool:
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        return True
+            self._take(path, wanted)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _take(self, path: Path, wanted: Callable[[], bool]) -> None:
+        end = time.monotonic() + _WAIT_S
+        taken = False
+        while not taken:
+            taken = _locked(self._file)
+            if not wanted():
+                raise TwinError("The program that started this twin has ended.", hint="Nothing was touched.")
+            if not taken:
+                self._wait_a_little(path, end)
+
+    @staticmethod
+    def _wait_a_little(path: Path, end: float) -> None:
+        if time.monotonic() > end:
+            raise _in_use(path)
+        time.sleep(_POLL_S)
+
+    @classmethod
+    async def released(cls, path: Path) -> None:
+        """Wait until no process runs the table.
+
+        Raises:
+            TwinError: another process goes on using it.
+        """
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.with_suffix(".lock").open("a+") as file:
+            end = time.monotonic() + _WAIT_S
+            while not _locked(file):
+                if time.monotonic() > end:
+                    raise _in_use(path)
+                await asyncio.sleep(_POLL_S)
 
     def release(self) -> None:
         """Let the next one have it."""
         self._file.close()
+
+
+def _locked(file: TextIO) -> bool:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _in_use(path: Path) -> TwinError:
+    return TwinError(
+        f"Another twin is running the table kept in {path}.",
+        hint="End the program that uses it, or choose another --data-dir.",
+    )
 
 
 def save_state(path: Path, controller: VirtualGrbl, world: World) -> None:
@@ -62,6 +104,22 @@ def save_state(path: Path, controller: VirtualGrbl, world: World) -> None:
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(path)
+    _sync(path.parent)
+
+
+def forget_state(path: Path) -> None:
+    """The table is about to change: what is kept will no longer be true."""
+    path.unlink(missing_ok=True)
+    _sync(path.parent)
+
+
+def _sync(folder: Path) -> None:
+    """The folder's names, too, are on disk when this returns."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 def load_state(path: Path, controller: VirtualGrbl, world: World) -> None:
@@ -70,7 +128,7 @@ def load_state(path: Path, controller: VirtualGrbl, world: World) -> None:
     Raises:
         TwinError: there is none, or it is damaged or of another version or set of pieces.
     """
-    hint = "Start a new game; the pieces are then set up afresh."
+    hint = f"Delete {path}: the virtual person then sets the pieces up again as the journal has them."
     try:
         state: dict[str, Any] = json.loads(path.read_text())
         if state["version"] != VERSION:

@@ -1,9 +1,9 @@
 """The twin's one loop: bytes in, controller, physics, bytes out.
 
-Time runs at a chosen scale. At a finite scale the loop keeps pace with the wall clock. "As fast as it can" has
-two rules: while the robot works, one step follows the other; while it rests, time passes as on the wall, so
-that a host that thinks is not billed hours. And since at sixty times real time even a prompt host would look
-slow, the loop waits a moment for it when the planner runs low and nothing is on the line
+Time runs at a chosen scale. At a finite scale the loop keeps pace with the wall clock. "As fast as it can"
+has two rules: while the robot works, one step follows the other; while it rests, time passes as on the wall,
+so that a host that thinks is not billed hours. And since at sixty times real time even a prompt host would
+look slow, the loop waits a moment for it when the planner runs low and nothing is on the line
 (`VirtualGrbl.starving`).
 """
 
@@ -19,7 +19,7 @@ from kempelen.core.errors import TwinError
 from kempelen.twin.control import ControlServer, Pending, Reply
 from kempelen.twin.faults import apply_fault
 from kempelen.twin.grbl import VirtualGrbl
-from kempelen.twin.keeping import StateLock, load_state, save_state
+from kempelen.twin.keeping import StateLock, forget_state, load_state, save_state
 from kempelen.twin.machine import Point, make_controller, make_scene, tool_point
 from kempelen.twin.physics.world import World
 from kempelen.twin.spec import TwinSpec
@@ -53,7 +53,7 @@ class TwinLoop:
         self._patient = True
         self._busy_s = 0.0
         self._started = time.perf_counter()
-        self._lock = StateLock(Path(spec.state)) if spec.state else None
+        self._lock = StateLock(Path(spec.state), self._wanted) if spec.state else None
         self._controller: VirtualGrbl = make_controller(spec)
         self._world = World(make_scene(spec), seed=spec.seed, tool=self._tool())
         self._wire = make_wire(spec.wire, spec.link)
@@ -73,11 +73,17 @@ class TwinLoop:
         """Until told to stop, by the control socket, a signal or the parent's death."""
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._on_signal)
+        if self._spec.state:
+            forget_state(Path(self._spec.state))
         wall = time.perf_counter()
         while not self._stop:
             wall = self._rest(wall) if self._quiet() else self._work(wall)
             self._serve()
         self._wind_down()
+
+    def _wanted(self) -> bool:
+        """Whether the parent, if any, lives: it never writes again, so that only its end can be read."""
+        return self._alive is None or not select.select([self._alive], [], [], 0.0)[0]
 
     def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
         self._stop = True
