@@ -216,9 +216,7 @@ class VirtualGrbl:
             core.reset()
         elif homing.done:
             core.end_homing()
-            core.flags &= ~(
-                HOLD | START | CANCEL
-            )  # only resets and status requests are looked at while homing
+            core.flags &= ~(HOLD | START | CANCEL)  # homing looks at resets and status requests only
             core.call_position(homing.origin())
 
     def _apply_faults(self) -> None:
