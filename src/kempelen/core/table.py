@@ -88,7 +88,7 @@ class Gripper(BaseModel):
     below_tool: Annotated[float, Field(ge=1, le=60)] = 7.0
     finger_length: Annotated[float, Field(ge=20, le=300)] = 95.0
     palm_radius: Annotated[float, Field(gt=5, le=200)] = 35.0
-    close_seconds: Annotated[float, Field(ge=0, le=5)] = 0.2
+    close_seconds: Annotated[float, Field(ge=0, le=5)] = 0.15
     open_seconds: Annotated[float, Field(ge=0, le=5)] = 0.1
     release_height: Annotated[float, Field(ge=0, le=5)] = 0.8
 
