@@ -161,8 +161,9 @@ class VirtualGrbl:
         block = core.stepper.block
         if block is None or not core.eeprom.settings.hard_limits:
             return
-        machine, done = core.machine, block.length - block.left
+        machine = core.machine
         machine.follow(core.stepper.sync())
+        done = block.length - block.left
         trip = min(machine.distance_to_change(axis, block.unit[axis]) for axis in range(3))
         core.stepper.trip = done + trip if done + trip < block.length else inf
 
