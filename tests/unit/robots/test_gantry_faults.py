@@ -9,6 +9,7 @@ from kempelen.core.errors import AlarmError, LinkError, RobotError
 from kempelen.core.protocols import Follow, GripperState, RobotPhase, SetGripper
 from kempelen.robots.grbl.gantry import GrblGantry
 from kempelen.robots.grbl.gcode import GripperWiring
+from kempelen.robots.grbl.timing import Timing
 from kempelen.testing.contracts.robot import apart, gripper, here, inside, path, phase, until
 from kempelen.testing.rigs import FAST, MemoryRig
 
@@ -234,6 +235,32 @@ async def test_hold_during_the_settling_of_the_gripper() -> None:
         await robot.resume()
         await running
         assert gripper(robot) is GripperState.OPEN
+
+
+async def test_no_more_than_five_questions_a_second() -> None:
+    """Each report costs the firmware a hundred bytes of its line."""
+    async with MemoryRig() as rig, rig.robot(timing=Timing(quiet=0.05)) as robot:
+        await robot.home()
+        rig.coupling._step = 0.0002
+        way = long_way(robot)
+        back = path(way.vertices[-1].tolist(), way.vertices[0].tolist())
+        running = asyncio.create_task(robot.run([way, back] * 20))
+        await until(lambda: apart(rig.position(), way.vertices[0].tolist()) > 30)
+        rig.coupling.sent.clear()
+        loop = asyncio.get_running_loop()
+        began = loop.time()
+        for _ in range(4):
+            await robot.hold()
+            await asyncio.sleep(0.1)
+            await robot.resume()
+        await robot.hold()
+        await asyncio.sleep(0.5)
+        # Each hold and each resume may ask at once, a resume twice; beyond that, five a second.
+        at_once = 5 + 2 * 4
+        assert rig.coupling.sent.count(b"?") <= at_once + 5 * (loop.time() - began) + 1
+        await robot.cancel()
+        with pytest.raises(RobotError):
+            await running
 
 
 # --- this program dies, the board does not ---------------------------------------------------------------

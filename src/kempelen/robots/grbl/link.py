@@ -120,7 +120,8 @@ class Link:
         errors: How many lines it refused.
         alarms: How many alarms it raised; ``alarm`` is the last one's number.
         damaged: How many lines arrived damaged: the line's quality.
-        heard: Loop time of the last byte.
+        asked: Loop time of the last status query.
+        raw_heard: The last bytes, for telling what a strange device said.
     """
 
     def __init__(
@@ -138,7 +139,7 @@ class Link:
         self.status: Status | None = None
         self.statuses = self.banners = self.errors = self.alarms = self.damaged = 0
         self.alarm = 0
-        self.heard = 0.0
+        self.asked = 0.0
         self.raw_heard = b""
 
     # --- life -----------------------------------------------------------------------------------------------
@@ -165,12 +166,10 @@ class Link:
         return self._stream
 
     async def _own(self) -> None:
-        loop = asyncio.get_running_loop()
         reason = LinkError(f"The line to {self.transport.name} was closed.", hint="Connect again.")
         try:
             while True:
                 data = await self.transport.read()
-                self.heard = loop.time()
                 self.raw_heard = (self.raw_heard + data)[-80:]
                 self._take(data)
         except LinkError as error:
@@ -195,6 +194,8 @@ class Link:
         """
         if self._lost is not None:
             raise self._lost
+        if data == codec.ASK:
+            self.asked = asyncio.get_running_loop().time()
         try:
             self.transport.write(data)
         except LinkError as error:

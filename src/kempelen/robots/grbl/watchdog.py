@@ -42,7 +42,7 @@ class Watchdog:
             self._answered = (self._link.statuses, now)
         if now - self._answered[1] > self._session.timing.answer:
             self._fell_silent()
-        elif asks and not legal:
+        elif asks and not legal and now - self._link.asked >= self._session.timing.poll:
             with suppress(LinkError):
                 self._link.realtime(codec.ASK)
         if not legal:
