@@ -31,12 +31,13 @@ class Bench:
         pairing: Pairing,
         *,
         fen: str = chess.STARTING_FEN,
+        table: Table = TABLE,
         person: bool = True,
         take_over: TakeOver | None = None,
         options: ArbiterOptions | None = None,
         verifier: "Sequence[str] | None" = None,
     ) -> None:
-        self.log = new_game(journal, pairing, TABLE, start_fen=fen, take_over=take_over, options=options)
+        self.log = new_game(journal, pairing, table, start_fen=fen, take_over=take_over, options=options)
         self.world = FakeTable(self.log.state.layout, self._before_step)
         self.hand = FakeHand(self.world)
         self.person = FakePerson(self.world)
@@ -45,7 +46,7 @@ class Bench:
             self.log,
             self.hand,
             pairing,
-            TABLE,
+            table,
             person=self.person if person else None,
             take_over=take_over,
             options=options,

@@ -11,7 +11,7 @@ from kempelen.core import events
 from kempelen.core.errors import ConfigError, EngineError, FitError, GameError, OperatorNeededError
 from kempelen.core.places import Place
 from kempelen.core.protocols import OnThinking
-from kempelen.core.table import DEFAULT_TRAYS, Table
+from kempelen.core.table import DEFAULT_TRAYS, Table, Tray
 from kempelen.game.arbiter import Arbiter, ArbiterOptions
 from kempelen.game.journal import Journal
 from kempelen.game.modes import Pairing
@@ -181,6 +181,18 @@ async def test_without_an_operator_the_game_stops_and_can_be_resumed(journal: Jo
     await again.run()
     assert again.state.layout == bench.world.layout
     assert len(again.state.board.move_stack) == 1
+
+
+async def test_full_trays_are_cleared_by_the_operator(journal: Journal) -> None:
+    """More pieces than slots: 30 beside the board fill the 30 slots, and one more is captured."""
+    full = Table(trays=(Tray(name="left", origin=(-350.0, 25.0), rows=5, columns=6),))
+    pawns = "4k3/8/8/3p4/4P3/8/8/4K3 w - - 0 1"
+    bench = Bench(journal, watch(["exd5", "Kd7"]), fen=pawns, table=full)
+    await bench.arbiter.run()
+    assert bench.sans == ["exd5", "Kd7"]
+    assert [request.split(":")[0][:8] for request in bench.person.requests] == ["remove P"]
+    assert bench.world.layout == bench.log.state.layout
+    assert len(bench.log.state.layout) == 33
 
 
 async def test_the_table_is_put_right_before_the_move_counts(journal: Journal) -> None:

@@ -24,6 +24,7 @@ from kempelen.game.records import (
     Committed,
     Ended,
     HandEmpty,
+    Helped,
     Intended,
     Interrupted,
     LayoutChanged,
@@ -131,6 +132,12 @@ def test_interruptions_are_forgotten_with_the_next_step() -> None:
     again = state.after(step(Checkpoint.GRIPPING)).pending
     assert again is not None
     assert not again.interrupted
+
+
+def test_help_is_counted() -> None:
+    state = state_after(Helped(how="brought a queen"), Helped())
+    assert state.helps == 2
+    assert from_json(to_json(Helped(how="x"))) == Helped(how="x")
 
 
 def test_the_operators_changes() -> None:
