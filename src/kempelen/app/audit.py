@@ -142,3 +142,18 @@ def disagreements(
             wrong.append(f"{place}: {piece.symbol()} has fallen over")
         left.pop(match[0]["id"])
     return wrong
+
+
+def standing_error(table: Table, begun: Layout, layout: Layout, truth: Mapping[str, Any]) -> float:
+    """Distance, mm, from its place's centre of the worst piece that the game has put anywhere.
+
+    Args:
+        table: Where the places are.
+        begun: What stood where when the game began: what still stands there may never have been touched.
+        layout: What the game says stands where.
+        truth: The twin's answer to ``settle``.
+    """
+    moved = [table.centre(place) for place, piece in layout.items() if begun.get(place) != piece]
+    return max(
+        (min(math.hypot(p["x"] - x, p["y"] - y) for p in truth["pieces"]) for x, y, _ in moved), default=0.0
+    )

@@ -6,7 +6,7 @@ from typing import Any
 
 import chess
 
-from kempelen.app.audit import PlacementAudit, disagreements, poses
+from kempelen.app.audit import PlacementAudit, disagreements, poses, standing_error
 from kempelen.app.report import GameReport
 from kempelen.core import events
 from kempelen.core.places import Place
@@ -14,6 +14,7 @@ from kempelen.core.protocols import OnThinking, TransferReport
 from kempelen.core.table import Table
 from kempelen.game.arbiter import Arbiter
 from kempelen.game.players import Player, Proposal
+from kempelen.game.state import GameState
 from kempelen.twin.client import TwinProcess
 
 
@@ -74,6 +75,7 @@ class Measurements:
         if self._audit is None:
             self._first = self._truth
             self._audit = PlacementAudit(self._table, poses(self._truth))
+            self._audit.after_move(placed, self._truth)  # what was finished after an exit
         elif move is not None and move.by_hand:
             self._audit.before = poses(self._truth)  # what a person moved is the person's affair
         elif placed:
@@ -117,8 +119,12 @@ class Measurements:
             wall_time_s=round(wall, 3),
             robot_time_over_bound=round(self.robot_seconds / bound, 4) if bound else 0.0,
             game=arbiter.game,
+            standing_max_mm=self._standing(state) if audit else None,
             disagreements=disagreements(self._table, state.layout, self._truth) if audit else [],
         )
+
+    def _standing(self, state: GameState) -> float:
+        return round(standing_error(self._table, state.begun.layout, state.layout, self._truth), 4)
 
 
 class MeasuredPlayer:

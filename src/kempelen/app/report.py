@@ -13,10 +13,13 @@ class GameReport:
 
     Attributes:
         interventions: Times that a person had to help the robot, in the whole game.
-        placement: From the twin's ground truth; None on real hardware.
+        placement: Of the transfers of this run of the program, from the twin's ground truth; None on real
+            hardware.
         collisions: Moves in which a piece that was not carried moved over 1 mm (twin only).
         robot_time_s: Time in which the robot worked at moves; simulated on the twin.
         robot_time_over_bound: That, divided by the sum of the provable lower bounds of all legs.
+        standing_max_mm: At the end, the worst distance from its place's centre of any piece that the game has
+            moved, whichever run of the program moved it; None on real hardware.
         disagreements: Places where the physical table and the journal differ at the end (twin only).
     """
 
@@ -32,6 +35,7 @@ class GameReport:
     wall_time_s: float
     robot_time_over_bound: float
     game: int
+    standing_max_mm: float | None
     disagreements: list[str]
 
     def write(self, path: Path) -> None:
