@@ -255,7 +255,7 @@ async def test_no_more_than_five_questions_a_second() -> None:
             await robot.resume()
         await robot.hold()
         await asyncio.sleep(0.5)
-        # Each hold and each resume may ask at once, a resume twice; beyond that, five a second.
+        # Each hold may ask at once, each resume twice; beyond that, five a second.
         at_once = 5 + 2 * 4
         assert rig.coupling.sent.count(b"?") <= at_once + 5 * (loop.time() - began) + 1
         await robot.cancel()

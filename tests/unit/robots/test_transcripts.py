@@ -199,6 +199,25 @@ async def test_hold_then_lines_are_silent_until_resume() -> None:
     wire.assert_done()
 
 
+async def test_resume_returns_as_soon_as_it_moves() -> None:
+    """The first report after ~ may still be the hold's."""
+    wire = ScriptedWire()
+    async with homed(wire) as robot:
+        wire.expect(GO_LINES, OK + OK)
+        running = asyncio.create_task(robot.run(GO))
+        await wire.reached()
+        wire.expect(b"!").expect(b"?", report("Hold:0", HALFWAY))
+        await robot.hold()
+        wire.expect(b"?", report("Hold:0", HALFWAY)).expect(b"~").expect(b"?", report("Hold:0", HALFWAY))
+        wire.expect(b"?", report("Run", HALFWAY))
+        await robot.resume()
+        assert phase(robot) is RobotPhase.MOVING
+        wire.expect(b"?", report("Idle", THERE))
+        wire.say(OK)
+        await running
+    wire.assert_done()
+
+
 async def test_a_program_pause_is_a_hold_like_any_other() -> None:
     """M0 shows Hold:0 and its ok comes only after ~."""
     wire = ScriptedWire()

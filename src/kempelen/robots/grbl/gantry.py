@@ -265,12 +265,14 @@ class GrblGantry:
         session, phase = self._session, self._condition.phase
         if not (self._condition.paused or phase in {RobotPhase.HOLDING, RobotPhase.HELD}):
             return
-        # The controller ignores a resume while it still slows down.
-        while (await at_rest(session.link, self._timing)).state in {"Hold", "Door"}:
+        # The controller ignores a resume while it still slows down, and reports the hold once more after it.
+        status = await at_rest(session.link, self._timing)
+        while status.state in {"Hold", "Door"}:
             session.link.realtime(codec.RESUME)
-            if (await session.link.ask(self._timing.answer)).state not in {"Hold", "Door"}:
-                break
-            await asyncio.sleep(self._timing.poll)
+            status = await session.link.ask(self._timing.answer)
+            if status.state in {"Hold", "Door"}:
+                await asyncio.sleep(self._timing.poll)
+                status = await session.link.ask(self._timing.answer)
         self._open_gate()
 
     def _open_gate(self) -> None:
