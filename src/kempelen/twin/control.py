@@ -5,6 +5,7 @@ A Unix socket with one JSON object a line: ``{"id": 1, "op": "truth"}`` is answe
 """
 
 import json
+import select
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -75,6 +76,8 @@ class ControlServer:
 
     def serve(self) -> None:
         """Answer whatever has arrived or become ready."""
+        if not (self.waiting or select.select(self.filenos(), [], [], 0.0)[0]):
+            return
         with suppress(BlockingIOError):
             sock, _ = self._server.accept()
             sock.setblocking(False)  # noqa: FBT003 - the standard library's signature

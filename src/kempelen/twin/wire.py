@@ -109,7 +109,7 @@ class PtyWire:
 
     def write(self, data: bytes) -> None:
         """Send; lost while nobody has the other end open, and when nobody reads."""
-        if self._hung_up:
+        if self._hung_up or not data:
             return
         with suppress(BlockingIOError, OSError):
             os.write(self._master, data)
@@ -202,7 +202,7 @@ class TcpWire:
 
     def write(self, data: bytes) -> None:
         """Send; lost while nobody is connected."""
-        if self._client is not None:
+        if self._client is not None and data:
             with suppress(BlockingIOError, OSError):
                 self._client.sendall(data)
 
