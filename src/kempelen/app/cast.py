@@ -37,6 +37,11 @@ class GameRequest:
     opponent_level: str = ""
 
 
+def score_of(spec: PlayerSpec) -> GameScore | None:
+    """The score that a player replays; None for other players."""
+    return ReplayPlayer.from_spec(spec).score if spec.kind == "replay" else None
+
+
 class Cast:
     """Makes players; the engines live as long as ``stack``.
 

@@ -3,21 +3,29 @@
 import time
 from collections.abc import Callable
 from contextlib import AsyncExitStack
+from dataclasses import replace
 from typing import Self
 
-from kempelen.app.cast import Cast, GameRequest
+import chess
+
+from kempelen.app.cast import Cast, GameRequest, score_of
 from kempelen.app.config import Config
 from kempelen.app.measure import MeasuredPlayer, Measurements
 from kempelen.app.paths import journal_path, pgn_path, twin_state_path
 from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
 from kempelen.app.report import GameReport
-from kempelen.app.table_session import TableSession, calibrated_table, digest
+from kempelen.app.speed import parse_speed
+from kempelen.app.table_session import TableSession, calibrated_table, digest, twin_speed
+from kempelen.core.errors import ConfigError
+from kempelen.core.events import GameOver
 from kempelen.core.places import Layout
-from kempelen.core.table import Table
+from kempelen.core.protocols import RobotPhase, RobotState
+from kempelen.core.table import Table, start_layout
 from kempelen.game.arbiter import Arbiter, ArbiterOptions
+from kempelen.game.fen import parse_fen
 from kempelen.game.game_log import PgnKeeper
 from kempelen.game.journal import GameLog, Journal
-from kempelen.game.modes import Pairing, TakeOver
+from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.opening import new_game
 from kempelen.game.records import HandEmpty, Helped
 from kempelen.twin.keeping import StateLock
@@ -34,6 +42,7 @@ class LiveGame:
         arbiter: Owns the game.
         cast: Its players.
         measurements: Taken between moves.
+        pgn: File that holds the game so far.
         notice: What the person should know before it begins; mostly empty.
     """
 
@@ -43,10 +52,13 @@ class LiveGame:
         self._ask = ask
         self.notice = ""
         self._stack = AsyncExitStack()
+        self._pace = twin_speed(config)
+        self._started = time.monotonic()
+        self._ended = False
         self.cast = Cast(config, self._stack)
 
     async def __aenter__(self) -> Self:
-        """Set everything up: engine first, then the journal, then the table.
+        """Set everything up: the journal, the engine, the table.
 
         Raises:
             KempelenError: whatever is missing or does not fit.
@@ -62,25 +74,43 @@ class LiveGame:
         table = calibrated_table(self._config)
         journal = self._stack.enter_context(Journal(journal_path(self._config.data_dir)))
         if isinstance(self._request, GameRequest):
-            pairing = await self.cast.pairing(self._request)
-            take_over = await self.cast.take_over(self._request)
-            fen, headers = (
-                self._request.start_fen,
-                dict(self._request.score.headers if self._request.score else {}),
-            )
-            options = ArbiterOptions(hands=self._config.play.hands, table_digest=digest(table))
-            log = new_game(
-                journal, pairing, table,
-                start_fen=fen, headers=headers, take_over=take_over, options=options,
-            )  # fmt: skip
+            await self._begin(journal, table, self._request)
         else:
-            log = journal.reopen(self._request)
-            options = ArbiterOptions(hands=log.state.begun.hands, table_digest=digest(table))
-            pairing = await self.cast.again(log.state.pairing)
-            take_over = await self.cast.take_over_again(log.state.take_over)
-        await self._bring_up(log, table, pairing, take_over, options)
+            await self._go_on(journal, table, self._request)
 
-    async def _bring_up(
+    async def _begin(self, journal: Journal, table: Table, request: GameRequest) -> None:
+        """A new game; it is in the journal only once there is a table to play it on."""
+        pairing, take_over = await self.cast.pairing(request), await self.cast.take_over(request)
+        layout = start_layout(table, parse_fen(request.start_fen))
+        await self._table_up(journal.next_game, table, layout, kept=None)
+        options = ArbiterOptions(hands=self._config.play.hands, table_digest=digest(table))
+        headers = dict(request.score.headers) if request.score else {}
+        log = new_game(
+            journal, pairing, table,
+            start_fen=request.start_fen, headers=headers, take_over=take_over, options=options,
+        )  # fmt: skip
+        self._wire_up(log, table, pairing, take_over, options)
+
+    async def _go_on(self, journal: Journal, table: Table, game: int) -> None:
+        """A game of the journal."""
+        log = journal.reopen(game)
+        pairing = await self.cast.again(log.state.pairing)
+        take_over = await self.cast.take_over_again(log.state.take_over)
+        options = ArbiterOptions(hands=log.state.begun.hands, table_digest=digest(table))
+        await self._table_up(game, table, log.state.layout, kept=log)
+        self._wire_up(log, table, pairing, take_over, options)
+
+    async def _table_up(self, game: int, table: Table, layout: Layout, *, kept: GameLog | None) -> None:
+        """The twin or the machine; ``kept`` is the game whose table may be there from its last program."""
+        self._twin_state = twin_state_path(self._config.data_dir, game)
+        if self._config.on_twin:
+            await StateLock.released(self._twin_state)
+        resume = self._config.on_twin and kept is not None and self._table_kept(kept)
+        self.session = await self._stack.enter_async_context(
+            TableSession(self._config, table, layout, state=self._twin_state, resume=resume)
+        )
+
+    def _wire_up(
         self,
         log: GameLog,
         table: Table,
@@ -88,12 +118,7 @@ class LiveGame:
         take_over: TakeOver | None,
         options: ArbiterOptions,
     ) -> None:
-        self._twin_state = twin_state_path(self._config.data_dir, log.game)
-        kept = await self._table_kept(log)
-        self.session = await self._stack.enter_async_context(
-            TableSession(self._config, table, log.state.layout, state=self._twin_state, resume=kept)
-        )
-        self.measurements = Measurements(table, self.session.twin)
+        self.measurements = Measurements(table, self.session.control)
         person = self._person(table, lambda: log.state.layout)
         self.arbiter = Arbiter(
             log, self.session.hand, self._measured(pairing), table,
@@ -101,19 +126,17 @@ class LiveGame:
             take_over=TakeOver(take_over.ply, self._measured(take_over.pairing)) if take_over else None,
         )  # fmt: skip
         self.arbiter.events.listen(self.measurements.listen)
-        self.arbiter.events.listen(PgnKeeper(pgn_path(self._config.data_dir, log.game), lambda: log.state))
+        self.pgn = pgn_path(self._config.data_dir, log.game).absolute()
+        self.arbiter.events.listen(PgnKeeper(self.pgn, lambda: log.state))
 
-    async def _table_kept(self, log: GameLog) -> bool:
+    def _table_kept(self, log: GameLog) -> bool:
         """Whether the twin's table is there as the last program left it; if it was lost, say so first.
 
         A twin that was killed itself takes its table with it. The virtual person then sets up another one as
         the journal has it, any piece in the gripper back on its source; the journal knows before it happens.
         """
-        if not self._config.on_twin:
-            return False
-        await StateLock.released(self._twin_state)
-        kept = log.resumed and self._twin_state.exists()
-        if log.resumed and not kept and log.state.touched:
+        kept = self._twin_state.exists()
+        if not kept and log.state.touched:
             log.write(Helped(how="set up the table again"))
             log.write(HandEmpty())
             self.notice = (
@@ -123,24 +146,69 @@ class LiveGame:
         return kept
 
     def _person(self, table: Table, layout: Callable[[], Layout]) -> Operator | VirtualPerson:
-        if self.session.twin is None:
+        if self.session.control is None:
             return Operator(self._ask)
-        return VirtualPerson(table, self.session.twin.control, layout)
+        return VirtualPerson(table, self.session.control, layout)
 
     def _measured(self, pairing: Pairing) -> Pairing:
-        if self.session.twin is None:
+        if self.session.control is None:
             return pairing
         white, black = (MeasuredPlayer(pairing[colour], self.measurements) for colour in (True, False))
         return Pairing(pairing.mode, white, black)
+
+    # --- for those who look on ------------------------------------------------------------------------------
 
     @property
     def layout(self) -> Layout:
         """What stands where, as the journal has it."""
         return self.arbiter.state.layout
 
+    @property
+    def board(self) -> chess.Board:
+        """The committed moves; not to be changed."""
+        return self.arbiter.state.board
+
+    @property
+    def robot(self) -> RobotState:
+        """The robot's latest state."""
+        return self.session.robot.state
+
+    @property
+    def length(self) -> int | None:
+        """Half-moves of the score that is being replayed; None in other modes."""
+        score = score_of(self.arbiter.pairing.white.spec)
+        return len(score.moves) if score else None
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Until the motion at hand should end, s; None when nothing moves, or faster than can be told."""
+        if not self._pace or self.robot.phase is not RobotPhase.MOVING:
+            return None
+        return self.session.hand.seconds_left(self._pace)
+
+    # --- what may be asked of it ----------------------------------------------------------------------------
+
     async def swap_mode(self, request: GameRequest) -> None:
-        """Other players take over; everything played so far is kept."""
+        """Other players take over; everything played so far is kept.
+
+        A replay for which no score is named is that of the score that the game began with.
+        """
+        if request.mode is Mode.REPLAY and request.score is None:
+            score = score_of(self.arbiter.state.begun.pairing.white)
+            request = replace(request, score=score)
         await self.arbiter.swap_mode(self._measured(await self.cast.pairing(request)))
+
+    async def set_speed(self, text: str) -> None:
+        """Another pace for the twin.
+
+        Raises:
+            ConfigError: this is no pace, or this is no twin.
+        """
+        speed = parse_speed(text)
+        if self.session.control is None:
+            raise ConfigError("Only a twin has a speed to set.", hint="A machine's is in its settings.")
+        await self.session.control.ask("speed", speed=speed)
+        self._pace = speed
 
     async def play(self) -> GameReport:
         """To the end.
@@ -148,14 +216,15 @@ class LiveGame:
         Raises:
             StoppedError: it was stopped; the game can be resumed.
         """
-        started = time.monotonic()
+        self._started = time.monotonic()
         over = await self.arbiter.run()
-        await self.measurements.sample()
-        wall = time.monotonic() - started
         self._ended = True
-        return self.measurements.report(self.arbiter, over, wall=wall)
+        await self.measurements.sample()
+        return self.report(over)
 
-    _ended = False
+    def report(self, over: GameOver | None = None) -> GameReport:
+        """What has been measured; of a game that goes on another time when ``over`` is None."""
+        return self.measurements.report(self.arbiter, over, wall=time.monotonic() - self._started)
 
     async def __aexit__(self, *exc: object) -> None:
         """Robot at rest, engines ended, twin put away; a finished game's twin is forgotten."""

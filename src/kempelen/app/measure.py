@@ -15,7 +15,7 @@ from kempelen.core.table import Table
 from kempelen.game.arbiter import Arbiter
 from kempelen.game.players import Player, Proposal
 from kempelen.game.state import GameState
-from kempelen.twin.client import TwinProcess
+from kempelen.twin.client import TwinControl
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,15 +32,15 @@ class Measurements:
 
     Args:
         table: Where places are.
-        twin: For the ground truth; None on a real machine.
+        control: The twin's side door, for the ground truth; None on a real machine.
 
     Attributes:
         moves: Robot time of each move (twin only).
         reports: Of each transfer that the hand measured.
     """
 
-    def __init__(self, table: Table, twin: TwinProcess | None) -> None:
-        self._twin = twin
+    def __init__(self, table: Table, control: TwinControl | None) -> None:
+        self._control = control
         self._table = table
         self._audit: PlacementAudit | None = None
         self._placed: dict[Place, chess.Piece] = {}
@@ -67,9 +67,9 @@ class Measurements:
 
     async def sample(self) -> None:
         """Between two moves: look where everything stands."""
-        if self._twin is None:
+        if self._control is None:
             return
-        before, self._truth = self._truth, await self._twin.control.ask("settle")
+        before, self._truth = self._truth, await self._control.ask("settle")
         move, self._move = self._move, None
         placed, self._placed = self._placed, {}
         if self._audit is None:
@@ -102,13 +102,24 @@ class Measurements:
         """Distance of each placed piece from its place's centre, mm (twin only)."""
         return list(self._audit.errors) if self._audit else []
 
-    def report(self, arbiter: Arbiter, over: events.GameOver, *, wall: float) -> GameReport:
-        """Everything together."""
-        state, audit = arbiter.state, self._audit
+    @property
+    def over_bound(self) -> float:
+        """Robot time of all carries, from grip to release, over the sum of their lower bounds.
+
+        No plan can shorten the wait in which the gripper opens; it is not counted. What the wire and the
+        controller take beside the plan is.
+        """
         bound = sum(report.bound for report in self.reports)
+        carried = sum(report.carry - self._table.gripper.open_seconds for report in self.reports)
+        return carried / bound if bound else 0.0
+
+    def report(self, arbiter: Arbiter, over: events.GameOver | None, *, wall: float) -> GameReport:
+        """Everything together; the table can be compared with the game only when the game is ``over``."""
+        state, audit = arbiter.state, self._audit
+        at_end = audit is not None and over is not None
         return GameReport(
-            result=over.result,
-            reason=over.reason,
+            result=over.result if over else "*",
+            reason=over.reason if over else "interrupted",
             final_fen=state.board.fen(),
             plies=state.plies,
             transfers=self.transfers,
@@ -117,10 +128,10 @@ class Measurements:
             collisions=audit.collisions if audit else 0,
             robot_time_s=round(self.robot_seconds, 3),
             wall_time_s=round(wall, 3),
-            robot_time_over_bound=round(self.robot_seconds / bound, 4) if bound else 0.0,
+            robot_time_over_bound=round(self.over_bound, 4),
             game=arbiter.game,
-            standing_max_mm=self._standing(state) if audit else None,
-            disagreements=disagreements(self._table, state.layout, self._truth) if audit else [],
+            standing_max_mm=self._standing(state) if at_end else None,
+            disagreements=disagreements(self._table, state.layout, self._truth) if at_end else [],
         )
 
     def _standing(self, state: GameState) -> float:

@@ -168,11 +168,17 @@ class Answers:
 
     Args:
         say: Shows a sentence.
+
+    Attributes:
+        question: The one that waits for its answer; empty when none does.
+        wanted: Set while one waits.
     """
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self._say = say
         self._open: asyncio.Future[str] | None = None
+        self.question = ""
+        self.wanted = asyncio.Event()
 
     @property
     def waiting(self) -> bool:
@@ -182,11 +188,13 @@ class Answers:
     async def ask(self, question: str) -> str:
         """Show a question and wait."""
         self._say(question)
-        self._open = asyncio.get_running_loop().create_future()
+        self._open, self.question = asyncio.get_running_loop().create_future(), question
+        self.wanted.set()
         try:
             return await self._open
         finally:
-            self._open = None
+            self._open, self.question = None, ""
+            self.wanted.clear()
 
     def answer(self, text: str) -> None:
         """Give the answer."""

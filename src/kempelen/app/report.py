@@ -5,6 +5,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from kempelen.app.audit import Placement
+from kempelen.app.files import replace_file
+from kempelen.core.errors import ConfigError
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,15 +14,20 @@ class GameReport:
     """What ``--report FILE`` writes.
 
     Attributes:
+        result: ``1-0``, ``0-1``, ``1/2-1/2``; ``*`` when the game goes on another time.
+        reason: Of the end; ``interrupted`` when the game goes on another time.
         interventions: Times that a person had to help the robot, in the whole game.
         placement: Of the transfers of this run of the program, from the twin's ground truth; None on real
             hardware.
         collisions: Moves in which a piece that was not carried moved over 1 mm (twin only).
         robot_time_s: Time in which the robot worked at moves; simulated on the twin.
-        robot_time_over_bound: That, divided by the sum of the provable lower bounds of all legs.
+        robot_time_over_bound: Robot time of the carries alone, from the closed grip to the release and
+            without the gripper's own wait, over the sum of their provable lower bounds; 0 when none was
+            measured.
         standing_max_mm: At the end, the worst distance from its place's centre of any piece that the game has
             moved, whichever run of the program moved it; None on real hardware.
         disagreements: Places where the physical table and the journal differ at the end (twin only).
+        error: What interrupted the game, if it was a fault.
     """
 
     result: str
@@ -37,9 +44,19 @@ class GameReport:
     game: int
     standing_max_mm: float | None
     disagreements: list[str]
+    error: str | None = None
 
     def write(self, path: Path) -> None:
-        """As JSON; `placement` is left out where there is none."""
+        """As JSON; what there is not is left out: `placement` on real hardware, `error` of a sound game.
+
+        Raises:
+            ConfigError: the file cannot be written.
+        """
         body = {name: value for name, value in asdict(self).items() if value is not None}
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(body, indent=2) + "\n")
+        try:
+            replace_file(path, json.dumps(body, indent=2) + "\n")
+        except OSError as error:
+            raise ConfigError(
+                f"The report {path} cannot be written: {error.strerror or error}.",
+                hint="The game itself is in the journal: kempelen games",
+            ) from None

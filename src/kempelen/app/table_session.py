@@ -10,13 +10,13 @@ from typing import Self
 
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.config import Config
+from kempelen.app.timed_hand import TimedHand
 from kempelen.core.errors import ConfigError
 from kempelen.core.fit import require_fit
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot
 from kempelen.core.table import Table
-from kempelen.robots.hand import CartesianHand
-from kempelen.twin.client import TwinProcess
+from kempelen.twin.client import TwinControl, TwinProcess
 from kempelen.twin.spec import TwinSpec
 
 ROBOTS = "kempelen.robots"
@@ -83,6 +83,7 @@ class TableSession:
 
     Attributes:
         twin: Its process; None on a real machine or a twin of somebody else's.
+        control: The twin's side door, if there is one: for reports and the virtual person alone.
     """
 
     def __init__(self, config: Config, table: Table, layout: Layout, *, state: Path, resume: bool) -> None:
@@ -93,12 +94,13 @@ class TableSession:
         self._resume = resume
         self._stack = AsyncExitStack()
         self.twin: TwinProcess | None = None
+        self.control: TwinControl | None = None
 
     async def __aenter__(self) -> Self:
         """Start the twin if it is wanted, connect the robot.
 
         Raises:
-            TwinError: the twin does not start.
+            TwinError: the twin does not start, or nobody answers at its control socket.
             LinkError: the port does not answer as a robot.
             SettingsError: the controller's settings do not fit.
         """
@@ -106,9 +108,8 @@ class TableSession:
             port = await self._far_end()
             self.robot = await self._stack.enter_async_context(make_robot(self._config, port, self.table))
             planner = self._config.planner
-            self.hand = CartesianHand(
-                self.robot, self.table, planner=planner.name, clearances=planner.clearances
-            )
+            self.hand = TimedHand(self.robot, self.table, planner=planner.name, clearances=planner.clearances)
+            self.hand.control = self.control
         except BaseException:
             await self._stack.aclose()
             raise
@@ -116,6 +117,9 @@ class TableSession:
 
     async def _far_end(self) -> str:
         if not self._config.on_twin:
+            if self._config.twin.control:
+                control = TwinControl(Path(self._config.twin.control))
+                self.control = await self._stack.enter_async_context(control)
             return self._config.robot.port
         folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="kempelen-"))
         self._state.parent.mkdir(parents=True, exist_ok=True)
@@ -132,6 +136,7 @@ class TableSession:
             resume=self._resume,
         )
         self.twin = await self._stack.enter_async_context(TwinProcess(spec))
+        self.control = self.twin.control
         return self.twin.address
 
     async def __aexit__(self, *exc: object) -> None:

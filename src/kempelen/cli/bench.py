@@ -1,25 +1,22 @@
 """`kempelen bench NAME`: measurements, printed as a table and kept as JSON."""
 
-import importlib
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import Progress
 
 from kempelen.bench import BENCHES
-from kempelen.bench.result import BenchResult
-from kempelen.core.errors import ConfigError
 
 
 def bench(
-    name: Annotated[str, typer.Argument(help=f"One of: {', '.join(BENCHES)}.")],
+    name: Annotated[str, typer.Argument(help=f"One of: {', '.join(BENCHES)}.", metavar="NAME")],
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write figures and rows to this file.")
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Of everything random.")] = 0,
-    pgn: Annotated[Path | None, typer.Option("--pgn", help="Other games than the built-in ones.")] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of everything random.", min=0)] = 0,
+    pgn: Annotated[
+        Path | None, typer.Option("--pgn", help="Games to measure with.", show_default="the built-in ones")
+    ] = None,
     data: Annotated[Path | None, typer.Option("--data", help="Folder of recorded data.")] = None,
 ) -> None:
     """Measure, side by side with bounds and peers.
@@ -27,21 +24,8 @@ def bench(
     Examples:
 
         kempelen bench motion
-
         kempelen bench twin --pgn mygames.pgn --json twin.json
     """
-    if name not in BENCHES:
-        raise ConfigError(f"There is no bench '{name}'.", hint=f"Choose one of: {', '.join(BENCHES)}.")
-    module = importlib.import_module(f"kempelen.bench.{name}")
-    console = Console()
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=1.0)
-        result: BenchResult = module.run(
-            seed=seed,
-            pgn=pgn,
-            data=data,
-            progress=lambda what, share: bar.update(task, description=what[:50], completed=share),
-        )
-    result.print_table(console)
-    if json_file is not None:
-        result.to_json(json_file)
+    from kempelen.cli.bench_run import run_bench
+
+    run_bench(name, json_file, seed=seed, pgn=pgn, data=data)

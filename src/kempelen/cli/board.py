@@ -1,64 +1,80 @@
-"""The board as a terminal shows it."""
+"""The board as a terminal shows it: in colours, or in letters where there are none."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 
 import chess
-from rich.console import Group, RenderableType
-from rich.table import Table
+from rich.console import Console
 from rich.text import Text
 
-_LIGHT = "on #f0d9b5"
-_DARK = "on #b58863"
-_LAST_LIGHT = "on #cdd26a"
-_LAST_DARK = "on #aaa23a"
+WIDTH = 26
+HEIGHT = 9
+
+_LIGHT, _DARK = "on #b59b73", "on #83603f"
+_LAST_LIGHT, _LAST_DARK = "on #a3a95a", "on #7c8438"
 _GLYPHS = {"k": "♚", "q": "♛", "r": "♜", "b": "♝", "n": "♞", "p": "♟"}
 
 
-def _square_style(board: chess.Board, square: chess.Square) -> str:
+@dataclass(frozen=True)
+class Look:
+    """What the terminal can show.
+
+    Attributes:
+        colours: Squares are painted; else the last move stands in brackets and empty squares are dots.
+        glyphs: Chess figures; else letters, White's in capitals.
+    """
+
+    colours: bool = True
+    glyphs: bool = True
+
+    @classmethod
+    def of(cls, console: Console) -> "Look":
+        """Figures need many colours too: the text consoles that have sixteen lack the figures."""
+        rich = console.color_system in {"256", "truecolor"} and not console.no_color
+        return cls(colours=rich, glyphs=rich and console.encoding.lower().replace("-", "") == "utf8")
+
+
+def piece_sign(piece: chess.Piece, look: Look) -> str:
+    """A figure, or a letter."""
+    return _GLYPHS[piece.symbol().lower()] if look.glyphs else piece.symbol()
+
+
+def _paint(square: chess.Square, piece: chess.Piece | None, marked: bool) -> str:
     dark = (chess.square_file(square) + chess.square_rank(square)) % 2 == 0
-    last = board.peek() if board.move_stack else None
-    if last is not None and square in (last.from_square, last.to_square):
-        return _LAST_DARK if dark else _LAST_LIGHT
-    return _DARK if dark else _LIGHT
+    ground = (_LAST_DARK if dark else _LAST_LIGHT) if marked else (_DARK if dark else _LIGHT)
+    return f"bold {'#ffffff' if piece and piece.color else '#000000'} {ground}"
 
 
-def _cell(board: chess.Board, square: chess.Square) -> Text:
-    piece = board.piece_at(square)
-    glyph = _GLYPHS[piece.symbol().lower()] if piece else " "
-    colour = "bold #ffffff" if piece and piece.color else "bold #000000"
-    return Text(f" {glyph} ", style=f"{colour} {_square_style(board, square)}")
+def _cell(square: chess.Square, piece: chess.Piece | None, marked: bool, look: Look) -> Text:
+    if look.colours:
+        sign = piece_sign(piece, look) if piece else " "
+        return Text(f" {sign} ", style=_paint(square, piece, marked))
+    sign = piece_sign(piece, look) if piece else "."
+    return Text(f"[{sign}]" if marked else f" {sign} ")
 
 
-def board_picture(board: chess.Board, *, flipped: bool = False) -> Text:
-    """Eight rows with coordinates, the last move highlighted."""
+def board_picture(
+    pieces: Mapping[chess.Square, chess.Piece],
+    marked: Collection[chess.Square] = (),
+    *,
+    flipped: bool = False,
+    look: Look | None = None,
+) -> Text:
+    """Eight rows with coordinates, `WIDTH` by `HEIGHT` characters.
+
+    Args:
+        pieces: What stands where.
+        marked: Squares to stand out: those of the move at hand or of the last one.
+        flipped: Whether Black sits at the bottom.
+        look: What the terminal can show.
+    """
     ranks: Iterable[int] = range(8) if flipped else range(7, -1, -1)
     files = list(range(7, -1, -1) if flipped else range(8))
     picture = Text()
     for rank in ranks:
         picture.append(f"{rank + 1} ", style="dim")
-        for file in files:
-            picture.append_text(_cell(board, chess.square(file, rank)))
+        for square in (chess.square(file, rank) for file in files):
+            picture.append_text(_cell(square, pieces.get(square), square in marked, look or Look()))
         picture.append("\n")
-    picture.append("   " + "  ".join(chess.FILE_NAMES[f] for f in files), style="dim")
+    picture.append("   " + "  ".join(chess.FILE_NAMES[f] for f in files) + " ", style="dim")
     return picture
-
-
-def move_log(board: chess.Board, rows: int = 9) -> Text:
-    """The last moves in SAN, a line for each full move."""
-    replay = board.root()
-    lines: list[str] = []
-    for move in board.move_stack:
-        san = replay.san(move)
-        if replay.turn or not lines:
-            lines.append(f"{replay.fullmove_number:>3}. {san if replay.turn else '…   ' + san}")
-        else:
-            lines[-1] = f"{lines[-1]:<13}{san}"
-        replay.push(move)
-    return Text("\n".join(lines[-rows:]) or "No move yet.")
-
-
-def game_picture(board: chess.Board, status: RenderableType, *, flipped: bool = False) -> RenderableType:
-    """Board at the left; log and status at the right."""
-    grid = Table.grid(padding=(0, 3))
-    grid.add_row(board_picture(board, flipped=flipped), Group(move_log(board), Text(), status))
-    return grid

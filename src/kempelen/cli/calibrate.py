@@ -1,35 +1,10 @@
 """`kempelen calibrate`: where the board is, from touched corners."""
 
-import asyncio
-from datetime import UTC, datetime
-from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
-from kempelen.app.calibration_file import load_calibration, save_calibration
-from kempelen.app.config import Config
-from kempelen.cli.games import configured
-from kempelen.cli.jog import JogPad, homed_robot, need_terminal
 from kempelen.cli.options import ConfigOption, DataDirOption, PortOption, RobotOption
-from kempelen.core.calibration import CORNERS, Calibration, calibrate
-from kempelen.core.errors import CalibrationError
-from kempelen.core.fit import require_fit
-
-Point = tuple[float, float, float]
-
-
-def _corner(text: str) -> tuple[str, Point]:
-    name, _, numbers = text.partition("=")
-    try:
-        x, y, z = (float(number) for number in numbers.split(","))
-    except ValueError:
-        raise CalibrationError(
-            f"'{text}' is no corner.", hint="Write a corner like a1=150.0,25.0,0.0 (robot frame, mm)."
-        ) from None
-    return name.strip().lower(), (x, y, z)
 
 
 def calibrate_board(
@@ -53,57 +28,14 @@ def calibrate_board(
     Examples:
 
         kempelen calibrate --port /dev/ttyUSB0
-
         kempelen calibrate --corner a1=150,25,0 --corner h1=550,25,0
+        kempelen calibrate --show
     """
-    settings = configured(config, robot__kind=robot, robot__port=port, data__dir=data_dir)
+    from kempelen.cli import corners as work
+    from kempelen.cli import start
+
+    settings = start.configured(config, robot__kind=robot, robot__port=port, data__dir=data_dir)
     if show:
-        _show(settings.calibration_path)
-        return
-    if corner:
-        points = dict(map(_corner, corner))
+        work.show(settings.calibration_path)
     else:
-        need_terminal("Give the corners as numbers: --corner a1=X,Y,Z --corner h1=X,Y,Z")
-        points = asyncio.run(_touch(settings, list(CORNERS)[:corners]))
-    found = calibrate(points, date=datetime.now(UTC), square=square)
-    require_fit(settings.build_table(found))
-    save_calibration(settings.calibration_path, found)
-    _print(found)
-    typer.echo(f"Kept in {settings.calibration_path}.")
-
-
-async def _touch(config: Config, names: list[str]) -> dict[str, Point]:
-    """The corners as touched; the fingertips are ``below_tool`` lower than the tool point."""
-    points: dict[str, Point] = {}
-    async with homed_robot(config) as robot:
-        for name in names:
-            title = f"Touch the outer corner of {name} with the closed fingertips, then press Enter"
-            if not await JogPad(robot, title).run():
-                raise CalibrationError(
-                    f"Left before {name} was touched; the calibration is as it was.", hint="Start again."
-                )
-            x, y, z = robot.state.reported_position or (0.0, 0.0, 0.0)
-            points[name] = (x, y, z - config.gripper.below_tool)
-    return points
-
-
-def _show(path: Path) -> None:
-    found = load_calibration(path)
-    if found is None:
-        typer.echo(f"There is no calibration in {path}; the configuration's position is used.")
-    else:
-        _print(found)
-
-
-def _print(found: Calibration) -> None:
-    x, y, z = found.robot_from_board.translation
-    table = Table(title=f"Calibration of {found.date:%Y-%m-%d %H:%M} UTC")
-    table.add_column("what")
-    table.add_column("value", justify="right")
-    table.add_row("a1's outer corner", f"x {x:.2f}  y {y:.2f}  z {z:.2f} mm")
-    table.add_row("turn", f"{found.robot_from_board.yaw * 57.29577951308232:.2f}°")
-    table.add_row("square", f"{found.square:.2f} mm")
-    for name, residual in found.residuals.items():
-        table.add_row(f"residual at {name}", f"{residual:.2f} mm")
-    table.add_row("RMS residual", f"{found.rms:.3f} mm")
-    Console().print(table)
+        work.measure(settings, corner or [], corners, square)

@@ -1,20 +1,25 @@
 """What can be typed during a game: moves, answers and commands."""
 
 import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from pathlib import Path
 
 import chess
 
 from kempelen.app.cast import GameRequest
 from kempelen.app.live_game import LiveGame
 from kempelen.app.people import YES, Answers
+from kempelen.cli.narrate import colour_name
 from kempelen.cli.plain import END_OF_INPUT
-from kempelen.core.errors import KempelenError
+from kempelen.core.errors import GameError, KempelenError, OperatorNeededError
 from kempelen.game.modes import Mode
+from kempelen.game.pgn import read_game
 
 HELP = (
-    "A move: Nf3, e2e4, 5254, O-O, e8=N. Commands: pause, resume, finish (complete the move at hand), "
-    "takeback [half-moves], draw, resign, mode play|watch, stop (emergency), quit, help."
+    "Moves: Nf3, e2e4, 5254, O-O, e8=N.\n"
+    "pause stops the robot at once; resume goes on; finish completes the move. takeback [HALF-MOVES]. "
+    "draw offers one, resign gives up. mode play|watch|replay [FILE.pgn [GAME]] changes who plays. "
+    "speed N|max (twin). stop is the emergency stop. quit or Ctrl-C leaves; the game is kept."
 )
 
 
@@ -38,16 +43,17 @@ class Commander:
         self._tasks: set[asyncio.Task[None]] = set()
 
     @property
-    def _orders(self) -> Mapping[str, Callable[[list[str]], Awaitable[object]]]:
+    def _orders(self) -> Mapping[str, Callable[[Sequence[str]], Awaitable[object]]]:
         arbiter = self._game.arbiter
         return {
             "pause": lambda _: arbiter.pause(),
             "resume": lambda _: arbiter.resume(),
             "finish": lambda _: arbiter.finish_move(),
             "takeback": lambda words: arbiter.takeback(_count(words)),
-            "resign": lambda _: arbiter.resign(self._colour),
-            "draw": lambda _: arbiter.offer_draw(self._colour),
+            "resign": lambda _: arbiter.resign(self._colour()),
+            "draw": lambda _: arbiter.offer_draw(self._colour()),
             "mode": self._mode,
+            "speed": self._speed,
             "stop": lambda _: arbiter.stop(),
             "help": self._help,
         }
@@ -55,26 +61,45 @@ class Commander:
     @property
     def words(self) -> list[str]:
         """All command words, for completion."""
-        return sorted([*self._orders, "quit"])
+        return sorted([*self._orders, *(f"mode {mode.value}" for mode in Mode), "quit"])
 
-    @property
+    def prompt(self) -> str:
+        """What is wanted of the person, before the input."""
+        person, arbiter = self._game.cast.person, self._game.arbiter
+        if self._answers.waiting:
+            return "Your answer: "
+        if person.offered_draw:
+            return "A draw is offered. Agree (y/n)? "
+        paused = "Paused (resume, finish, takeback). " if arbiter.paused else ""
+        if person.to_move:
+            return f"{paused}Your move, {colour_name(arbiter.state.board.turn)}: "
+        return f"{paused}(help, pause, quit) > "
+
     def _colour(self) -> chess.Color:
+        """The side that the person at the terminal speaks for.
+
+        Raises:
+            GameError: no side is a person's.
+        """
         people = self._game.arbiter.pairing.people
+        if not people:
+            raise GameError("You play neither side.", hint="Take the side to move with: mode play")
         return people[0] if len(people) == 1 else self._game.arbiter.state.board.turn
 
     async def obey(self, lines: AsyncIterator[str]) -> None:
         """Until the input ends.
 
         Raises:
-            LeaveError: the person left, or a person's move is wanted and the input has ended.
+            LeaveError: the person left.
+            OperatorNeededError: the input has ended, and a person is needed to go on.
         """
         try:
             async for line in lines:
-                if line in {"quit", "exit"}:
+                if line.lower() in {"quit", "exit"}:
                     raise LeaveError
                 if line == END_OF_INPUT:
                     await self._no_more_input()
-                elif line:
+                elif line or self._answers.waiting:
                     self._take(line)
         finally:
             for task in self._tasks:
@@ -82,10 +107,20 @@ class Commander:
 
     async def _no_more_input(self) -> None:
         """The moves typed so far are still played; when the next one is wanted, nobody can give it."""
-        person = self._game.cast.person
-        while not (person.to_move or person.offered_draw or self._answers.waiting):
-            await person.wanted.wait()
-        raise LeaveError
+        waits = [
+            asyncio.ensure_future(event.wait())
+            for event in (self._game.cast.person.wanted, self._answers.wanted)
+        ]
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for wait in waits:
+                wait.cancel()
+        wish = self._answers.question or f"{colour_name(self._game.arbiter.state.board.turn)} is to move."
+        raise OperatorNeededError(
+            f"Standard input has ended, and only a person can go on: {wish}",
+            hint="Resume with the keyboard or more lines as standard input.",
+        )
 
     def _take(self, line: str) -> None:
         if self._answers.waiting:
@@ -94,32 +129,56 @@ class Commander:
         if self._game.cast.person.offered_draw:
             self._game.cast.person.answer(agree=line.lower() in YES)
             return
-        word, *rest = line.lower().split()
-        order = self._orders.get(word)
-        task = asyncio.ensure_future(self._guarded(order(rest) if order else self._move(line)))
+        word, *rest = line.split()
+        order = self._orders.get(word.lower())
+        task = asyncio.ensure_future(self._guarded(lambda: order(rest) if order else self._move(line)))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _guarded(self, action: Awaitable[object]) -> None:
+    async def _guarded(self, action: Callable[[], Awaitable[object]]) -> None:
         try:
-            await action
+            await action()
         except KempelenError as error:
             self._say(str(error))
 
     async def _move(self, line: str) -> None:
         self._game.cast.person.submit(line)
 
-    async def _mode(self, words: list[str]) -> None:
+    async def _mode(self, words: Sequence[str]) -> None:
         try:
-            mode = Mode(words[0])
+            mode = Mode(words[0].lower())
         except (IndexError, ValueError):
-            self._say("Say `mode play` or `mode watch`.")
+            self._say("Say `mode play`, `mode watch` or `mode replay [FILE.pgn [GAME]]`.")
             return
-        await self._game.swap_mode(GameRequest(mode=mode, person_plays=self._game.arbiter.state.board.turn))
+        request = GameRequest(mode=mode, person_plays=self._game.arbiter.state.board.turn)
+        if mode is Mode.REPLAY:
+            request = self._replay(words[1:])
+        await self._game.swap_mode(request)
 
-    async def _help(self, _words: list[str]) -> None:
+    def _replay(self, words: Sequence[str]) -> GameRequest:
+        """The score that is named, or the one that the game began with."""
+        if not words:
+            return GameRequest(mode=Mode.REPLAY)
+        *name, last = words
+        number = int(last) if name and last.isdigit() else 1
+        file = Path(" ".join(name if name and last.isdigit() else words)).expanduser()
+        return GameRequest(mode=Mode.REPLAY, score=read_game(file, number))
+
+    async def _speed(self, words: Sequence[str]) -> None:
+        await self._game.set_speed(words[0] if words else "")
+
+    async def _help(self, _words: Sequence[str]) -> None:
         self._say(HELP)
 
 
-def _count(words: list[str]) -> int | None:
-    return int(words[0]) if words and words[0].isdigit() else None
+def _count(words: Sequence[str]) -> int | None:
+    """How many half-moves.
+
+    Raises:
+        GameError: not a number.
+    """
+    if not words:
+        return None
+    if not words[0].isdigit():
+        raise GameError(f"'{words[0]}' is no number of half-moves.", hint="Say `takeback` or `takeback 2`.")
+    return int(words[0])

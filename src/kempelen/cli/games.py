@@ -1,15 +1,11 @@
-"""`kempelen play`, `watch`, `replay` and `resume`."""
+"""`kempelen play`, `watch`, `replay` and `resume`: their options, and the settings that these overrule."""
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import chess
 import typer
 
-from kempelen.app.cast import GameRequest
-from kempelen.app.config import Config, load_config
-from kempelen.app.paths import journal_path
 from kempelen.cli.options import (
     ConfigOption,
     DataDirOption,
@@ -17,18 +13,18 @@ from kempelen.cli.options import (
     FenOption,
     LevelOption,
     MoveTimeOption,
+    PlainOption,
     PlannerOption,
     PortOption,
     ReportOption,
     RobotOption,
     SeedOption,
     SpeedOption,
+    TwinControlOption,
 )
-from kempelen.cli.run import run_game
-from kempelen.game.fen import parse_fen
-from kempelen.game.journal import JournalReader
-from kempelen.game.modes import Mode
-from kempelen.game.pgn import read_game
+from kempelen.cli.showing import Showing
+
+_GAME = "The game"
 
 
 class Side(StrEnum):
@@ -45,26 +41,15 @@ class Hands(StrEnum):
     PERSON = "person"
 
 
-def configured(config: Path | None, **overrides: Any) -> Config:
-    """The configuration with the options that were given; dots are written as double underscores."""
-    speed = overrides.get("twin__speed")
-    if speed is not None and speed != "max":
-        overrides["twin__speed"] = _number(speed)
-    data = overrides.get("data__dir")
-    overrides["data__dir"] = None if data is None else str(data)
-    return load_config(config, {key.replace("__", "."): value for key, value in overrides.items()})
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
 def play(
-    side: Annotated[Side | None, typer.Option("--side", help="The person's colour.")] = None,
-    hands: Annotated[Hands | None, typer.Option("--hands", help="Who carries the person's pieces.")] = None,
+    side: Annotated[
+        Side | None,
+        typer.Option("--side", help="Your colour.", show_default="white", rich_help_panel=_GAME),
+    ] = None,
+    hands: Annotated[
+        Hands | None,
+        typer.Option("--hands", help="Who carries your pieces.", show_default="robot", rich_help_panel=_GAME),
+    ] = None,
     fen: FenOption = None,
     engine: EngineOption = None,
     level: LevelOption = None,
@@ -74,33 +59,43 @@ def play(
     planner: PlannerOption = None,
     speed: SpeedOption = None,
     seed: SeedOption = None,
+    twin_control: TwinControlOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
+    plain: PlainOption = False,
 ) -> None:
-    """Play against the engine; type moves, the robot makes them.
+    """Play against the engine: type moves, the robot makes them.
 
     Examples:
 
-        kempelen play                              White against full strength, on the twin
-
-        kempelen play --level 3 --side black       against a beginner
-
-        kempelen play --port /dev/ttyUSB0 --hands person
+        kempelen play                            White, on the twin
+        kempelen play --level 3 --side black     against a beginner
+        kempelen play --level maia-1500          against somebody human
+        kempelen play --port /dev/ttyUSB0        on a real machine
+        kempelen play --hands person             carry your pieces yourself
     """
-    settings = configured(
+    from kempelen.cli import start
+
+    settings = start.configured(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
-        robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed, data__dir=data_dir,
-        play__side=side.value if side else None, play__hands=hands.value if hands else None,
+        robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
+        twin__control=twin_control, data__dir=data_dir,
+        play__side=side and side.value, play__hands=hands and hands.value,
     )  # fmt: skip
-    start = parse_fen(fen).fen() if fen else chess.STARTING_FEN
-    run_game(settings, GameRequest(Mode.PLAY, start, person_plays=settings.play.side == "white"), report)
+    start.play(settings, fen, Showing(report, plain=plain))
 
 
 def watch(
-    opponent: Annotated[str, typer.Option("--opponent", help="Black's engine, if another one.")] = "",
+    opponent: Annotated[
+        str,
+        typer.Option("--opponent", help="Black's engine.", show_default="the same", rich_help_panel=_GAME),
+    ] = "",
     opponent_level: Annotated[
-        str, typer.Option("--opponent-level", help="Black's level, if another one.")
+        str,
+        typer.Option(
+            "--opponent-level", help="Black's level.", show_default="the same", rich_help_panel=_GAME
+        ),
     ] = "",
     fen: FenOption = None,
     engine: EngineOption = None,
@@ -111,30 +106,41 @@ def watch(
     planner: PlannerOption = None,
     speed: SpeedOption = None,
     seed: SeedOption = None,
+    twin_control: TwinControlOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
+    plain: PlainOption = False,
 ) -> None:
-    """Watch engine against engine.
+    """Watch engine against engine; take a side at any time.
 
-    Example: kempelen watch --level 8 --opponent-level 12 --speed 5
+    Examples:
+
+        kempelen watch --level 8 --opponent-level 12 --speed 5
+        kempelen watch --engine stockfish --opponent maia-1900
     """
-    settings = configured(
+    from kempelen.cli import start
+
+    settings = start.configured(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
-        robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed, data__dir=data_dir,
+        robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
+        twin__control=twin_control, data__dir=data_dir,
     )  # fmt: skip
-    start = parse_fen(fen).fen() if fen else chess.STARTING_FEN
-    request = GameRequest(Mode.WATCH, start, opponent=opponent, opponent_level=opponent_level)
-    run_game(settings, request, report)
+    start.watch(settings, fen, opponent, opponent_level, Showing(report, plain=plain))
 
 
 def replay(
-    file: Annotated[Path, typer.Argument(help="PGN file.")],
-    game: Annotated[int, typer.Option("--game", help="Which game of the file, from 1.")] = 1,
+    file: Annotated[Path, typer.Argument(help="PGN file.", metavar="FILE.pgn")],
+    game: Annotated[
+        int, typer.Option("--game", help="Which game of the file, from 1.", rich_help_panel=_GAME)
+    ] = 1,
     take_over: Annotated[
-        int | None, typer.Option("--take-over", help="Move number at which you take over.")
+        int | None,
+        typer.Option("--take-over", help="Move number at which you take over.", rich_help_panel=_GAME),
     ] = None,
-    side: Annotated[Side, typer.Option("--side", help="Your colour after taking over.")] = Side.WHITE,
+    side: Annotated[
+        Side, typer.Option("--side", help="Your colour after taking over.", rich_help_panel=_GAME)
+    ] = Side.WHITE,
     engine: EngineOption = None,
     level: LevelOption = None,
     move_time: MoveTimeOption = None,
@@ -143,51 +149,59 @@ def replay(
     planner: PlannerOption = None,
     speed: SpeedOption = None,
     seed: SeedOption = None,
+    twin_control: TwinControlOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
+    plain: PlainOption = False,
 ) -> None:
     """Replay a game from a PGN file; take over from any move.
 
     Examples:
 
         kempelen replay famous.pgn --game 2 --speed max
-
         kempelen replay famous.pgn --game 4 --take-over 20 --side white
     """
-    settings = configured(
+    from kempelen.cli import start
+
+    settings = start.configured(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
-        robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed, data__dir=data_dir,
+        robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
+        twin__control=twin_control, data__dir=data_dir,
     )  # fmt: skip
-    score = read_game(file, game)
-    request = GameRequest(
-        Mode.REPLAY, score.start_fen, score=score, person_plays=side is Side.WHITE, take_over_move=take_over
-    )
-    run_game(settings, request, report)
+    start.replay(settings, file, game, take_over, side.value, Showing(report, plain=plain))
 
 
 def resume(
     game: Annotated[
-        int | None, typer.Argument(help="Number of the game; the newest unfinished one when left out.")
+        int | None,
+        typer.Argument(help="Number of the game.", show_default="the newest unfinished one"),
     ] = None,
     robot: RobotOption = None,
     port: PortOption = None,
     planner: PlannerOption = None,
     speed: SpeedOption = None,
     seed: SeedOption = None,
+    twin_control: TwinControlOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
+    plain: PlainOption = False,
 ) -> None:
     """Go on with a game after any exit, also with a piece in the gripper.
 
-    Example: kempelen resume
+    Players, engine, level and hands are those of the game.
+
+    Examples:
+
+        kempelen resume           the newest unfinished game
+        kempelen resume 3
     """
-    settings = configured(
+    from kempelen.cli import start
+
+    settings = start.configured(
         config, robot__kind=robot, robot__port=port, planner__name=planner, twin__speed=speed,
-        twin__seed=seed, data__dir=data_dir,
+        twin__seed=seed,
+        twin__control=twin_control, data__dir=data_dir,
     )  # fmt: skip
-    if game is None:
-        with JournalReader(journal_path(settings.data_dir)) as journal:
-            game = journal.latest(unfinished=True)
-    run_game(settings, game, report)
+    start.resume(settings, game, Showing(report, plain=plain))

@@ -1,136 +1,16 @@
-"""`kempelen jog`: drive the machine by hand; also the pad that calibration uses."""
+"""`kempelen jog`: drive the machine by hand."""
 
-import asyncio
-import sys
-import tempfile
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager
-from pathlib import Path
 from typing import Annotated
 
-import chess
-import numpy as np
 import typer
-from prompt_toolkit.application import Application
-from prompt_toolkit.formatted_text import HTML
-from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
-from prompt_toolkit.layout import Layout, Window
-from prompt_toolkit.layout.controls import FormattedTextControl
 
-from kempelen.app.config import Config
-from kempelen.app.table_session import TableSession
-from kempelen.cli.games import configured
 from kempelen.cli.options import ConfigOption, PortOption, RobotOption, SpeedOption
-from kempelen.core.errors import ConfigError, KempelenError
-from kempelen.core.protocols import Follow, Robot
-from kempelen.core.table import start_layout
-
-Direction = tuple[float, float, float]
-
-KEYS: Mapping[str, Direction] = {
-    "left": (-1, 0, 0), "right": (1, 0, 0), "down": (0, -1, 0), "up": (0, 1, 0), "pagedown": (0, 0, -1),
-    "pageup": (0, 0, 1),
-}  # fmt: skip
-SPEEDS = (1.0, 3.0, 10.0, 30.0, 100.0, 200.0)
-
-
-class JogPad:
-    """Keys to motion, with the live position; hold a key to move, let go to stop.
-
-    Args:
-        robot: Homed.
-        title: What is being done, shown on top.
-    """
-
-    def __init__(self, robot: Robot, title: str) -> None:
-        self._robot = robot
-        self._title = title
-        self._speed = 3
-        self._fault = ""
-        self._tasks: set[asyncio.Task[None]] = set()
-
-    async def run(self) -> bool:
-        """Until Enter (True) or Escape (False)."""
-        keys = KeyBindings()
-        for key, direction in KEYS.items():
-            keys.add(key)(self._on_move(direction))
-        keys.add("+")(lambda _: self._faster(1))
-        keys.add("-")(lambda _: self._faster(-1))
-        keys.add("enter")(lambda event: event.app.exit(result=True))
-        keys.add("escape", eager=True)(lambda event: event.app.exit(result=False))
-        keys.add("c-c")(lambda event: event.app.exit(result=False))
-        pad: Application[bool] = Application(
-            Layout(Window(FormattedTextControl(self._text), height=4)),
-            key_bindings=keys,
-            refresh_interval=0.1,
-        )
-        try:
-            return await pad.run_async(handle_sigint=False)
-        finally:
-            await self._robot.jog_stop()
-
-    def _on_move(self, direction: Direction) -> Callable[[KeyPressEvent], None]:
-        def move(_event: KeyPressEvent) -> None:
-            task = asyncio.ensure_future(self._jog(direction))
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
-
-        return move
-
-    async def _jog(self, direction: Direction) -> None:
-        try:
-            await self._robot.jog(direction, SPEEDS[self._speed])
-            self._fault = ""
-        except KempelenError as error:
-            self._fault = str(error)
-
-    def _faster(self, by: int) -> None:
-        self._speed = min(max(self._speed + by, 0), len(SPEEDS) - 1)
-
-    def _text(self) -> HTML:
-        x, y, z = self._robot.state.reported_position or (float("nan"),) * 3
-        return HTML(
-            "<b>{}</b>\nx {}  y {}  z {} mm   {}   speed {} mm/s\n"
-            "arrows: x, y   PageUp/PageDown: z   +/-: speed   Enter: done   Esc: leave\n<ansiyellow>{}</ansiyellow>"
-        ).format(
-            self._title,
-            f"{x:8.2f}",
-            f"{y:8.2f}",
-            f"{z:8.2f}",
-            self._robot.state.phase,
-            SPEEDS[self._speed],
-            self._fault,
-        )
-
-
-@asynccontextmanager
-async def homed_robot(config: Config) -> AsyncIterator[Robot]:
-    """The configured robot, connected and homed; on the twin a table of its own."""
-    table = config.build_table()
-    with tempfile.TemporaryDirectory(prefix="kempelen-") as folder:
-        session = TableSession(
-            config, table, start_layout(table, chess.Board()), state=Path(folder) / "table.json", resume=False
-        )
-        async with session:
-            typer.echo("Homing …")
-            await session.robot.home()
-            yield session.robot
-
-
-def need_terminal(instead: str) -> None:
-    """The pad needs keys.
-
-    Raises:
-        ConfigError: there is no terminal.
-    """
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        raise ConfigError("The jog pad needs a terminal with a keyboard.", hint=instead)
 
 
 def jog(
     to: Annotated[
         tuple[float, float, float] | None,
-        typer.Option("--to", help="Drive to X Y Z (mm, straight line) and end."),
+        typer.Option("--to", help="Drive to X Y Z (mm, straight line) and end.", metavar="X Y Z"),
     ] = None,
     robot: RobotOption = None,
     port: PortOption = None,
@@ -139,25 +19,19 @@ def jog(
 ) -> None:
     """Drive the machine by hand, with the live position.
 
+    Arrows move x and y, Page Up and Page Down z, + and - change the speed; the machine stops when the key is
+    let go.
+
     Examples:
 
         kempelen jog --port /dev/ttyUSB0
-
         kempelen jog --to 150 25 60
     """
-    settings = configured(config, robot__kind=robot, robot__port=port, twin__speed=speed)
+    import asyncio
+
+    from kempelen.cli import pad, start
+
+    settings = start.configured(config, robot__kind=robot, robot__port=port, twin__speed=speed)
     if to is None:
-        need_terminal("Use: kempelen jog --to X Y Z")
-    asyncio.run(_jog(settings, to))
-
-
-async def _jog(config: Config, to: tuple[float, float, float] | None) -> None:
-    async with homed_robot(config) as robot:
-        if to is None:
-            await JogPad(robot, "Jog").run()
-        else:
-            here = robot.state.reported_position or to
-            way = np.array([here, to])
-            await robot.run([Follow(way, float(np.abs(way[1] - way[0]).max()) / min(robot.space.velocity))])
-        x, y, z = robot.state.reported_position or (float("nan"),) * 3
-        typer.echo(f"x {x:.3f}  y {y:.3f}  z {z:.3f} mm")
+        pad.need_terminal("Use: kempelen jog --to X Y Z")
+    asyncio.run(pad.jog(settings, to))

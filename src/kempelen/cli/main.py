@@ -1,10 +1,14 @@
-"""The `kempelen` command."""
+"""The `kempelen` command.
 
+The modules imported here hold options and help texts only; what a command needs is imported when it runs, so
+that `--help` and `--version` are there at once.
+"""
+
+import os
 import sys
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from kempelen import __version__
 from kempelen.cli import games, records
@@ -15,9 +19,10 @@ from kempelen.cli.jog import jog
 from kempelen.cli.twin import twin
 from kempelen.core.errors import KempelenError
 
+_OUTPUT_CLOSED = 141  # what a shell reports of a program that SIGPIPE ended
+
 app = typer.Typer(
     name="kempelen",
-    help="The chess robot that anyone can run. Begin with: kempelen play",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
@@ -37,33 +42,48 @@ def _common(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
-    """The chess robot that anyone can run."""
+    """The chess robot that anyone can run.
+
+    Begin with:
+
+        kempelen play            a game on the twin; no machine is needed
+        kempelen doctor          what is there, what is missing, and what to do
+    """
 
 
-app.command()(games.play)
-app.command()(games.watch)
-app.command()(games.replay)
-app.command()(games.resume)
-app.command()(records.games)
-app.command()(records.pgn)
-app.command("calibrate")(calibrate_board)
-app.command()(jog)
-app.command()(doctor)
-app.command()(config)
-app.command()(bench)
-app.command()(twin)
+_GAMES = "Games"
+_MACHINE = "The machine"
+_HOUSE = "Checks and measurements"
+
+for _command in (games.play, games.watch, games.replay, games.resume, records.games, records.pgn):
+    app.command(rich_help_panel=_GAMES)(_command)
+app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)
+app.command(rich_help_panel=_MACHINE)(jog)
+app.command(rich_help_panel=_MACHINE)(twin)
+app.command(rich_help_panel=_HOUSE)(doctor)
+app.command(rich_help_panel=_HOUSE)(config)
+app.command(rich_help_panel=_HOUSE)(bench)
 
 
 def main() -> None:
-    """Run the command line; every error of ours is told in words, with the next step."""
+    """Run the command line; every error is told in words, with the next step."""
     try:
         app()
     except KempelenError as error:
-        console = Console(stderr=True)
-        console.print(f"[bold red]{type(error).__name__}[/]:", end=" ")
-        console.print(error.message, markup=False, highlight=False, soft_wrap=True)
-        if error.hint:
-            console.print(error.hint, markup=False, highlight=False, soft_wrap=True, style="yellow")
+        _tell(error)
         sys.exit(error.exit_code)
     except typer.Abort:
         sys.exit(130)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # its last flush must not fail again
+        sys.exit(_OUTPUT_CLOSED)
+    except Exception as error:  # noqa: BLE001 - the last net: nobody should have to read a traceback
+        from kempelen.cli.trouble import tell_fault
+
+        sys.exit(tell_fault(error))
+
+
+def _tell(error: KempelenError) -> None:
+    from kempelen.cli.trouble import tell
+
+    tell(error)

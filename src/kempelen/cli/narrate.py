@@ -1,4 +1,4 @@
-"""Events in plain words: one sentence each, for pipes, logs and screen readers."""
+"""Events in plain words: one sentence each, for pictures, pipes, logs and screen readers."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,10 +8,12 @@ import chess
 from kempelen.core import events
 from kempelen.core.pieces import kind_name, piece_name
 from kempelen.core.protocols import Checkpoint, Thinking
-from kempelen.core.table import Table
+
+_LINE = 5  # moves of the principal variation that are shown
 
 
-def _colour(colour: chess.Color) -> str:
+def colour_name(colour: chess.Color) -> str:
+    """White or Black."""
     return "White" if colour else "Black"
 
 
@@ -20,21 +22,36 @@ def move_number(ply: int, colour: chess.Color) -> str:
     return f"{(ply + 1) // 2}{'.' if colour else '...'}"
 
 
-def thinking_text(thinking: Thinking) -> str:
-    """``depth 14, +0.35, Nf3 Nc6``-like; moves in UCI."""
+def thinking_text(thinking: Thinking, board: chess.Board) -> str:
+    """``depth 14, +0.35, Nf3 Nc6``-like; the score is that of the side to move.
+
+    Args:
+        thinking: Of the side to move on ``board``.
+        board: For writing the moves in SAN; a line that does not fit it is left out.
+    """
     if thinking.mate is not None:
         score = f"mate in {thinking.mate}" if thinking.mate > 0 else f"being mated in {-thinking.mate}"
     else:
         score = "" if thinking.centipawns is None else f"{thinking.centipawns / 100:+.2f}"
-    line = " ".join(move.uci() for move in thinking.line[:4])
-    return ", ".join(part for part in (f"depth {thinking.depth}", score, line) if part)
+    depth = f"depth {thinking.depth}" if thinking.depth else ""
+    return ", ".join(part for part in (depth, score, _san_line(thinking, board)) if part)
+
+
+def _san_line(thinking: Thinking, board: chess.Board) -> str:
+    board, line = board.copy(stack=False), []
+    for move in thinking.line[:_LINE]:
+        if move not in board.legal_moves:
+            break
+        line.append(board.san(move))
+        board.push(move)
+    return " ".join(line)
 
 
 def _started(event: events.GameStarted) -> str:
-    verb = (
-        f"Game {event.game} goes on after {event.plies} half-moves" if event.resumed else f"Game {event.game}"
-    )
-    return f"{verb}: {event.white} against {event.black} ({event.mode})."
+    begun = f"Game {event.game}"
+    if event.resumed:
+        begun += f" goes on after {event.plies} half-moves"
+    return f"{begun}: {event.white} against {event.black} ({event.mode})."
 
 
 def _proposed(event: events.MoveProposed) -> str:
@@ -46,15 +63,11 @@ def _checkpoint(event: events.CheckpointReached) -> str:
     name = piece_name(event.transfer.piece)
     match event.checkpoint:
         case Checkpoint.GRIPPING:
-            return f"  fetching the {name} from {event.transfer.source}"
+            return f"fetching the {name} from {event.transfer.source}"
         case Checkpoint.CARRYING:
-            return f"  carrying the {kind_name(event.transfer.piece.piece_type)} to {event.transfer.target}"
+            return f"carrying the {kind_name(event.transfer.piece.piece_type)} to {event.transfer.target}"
         case _:
-            return f"  the {name} stands on {event.transfer.target}"
-
-
-def _robot(event: events.RobotChanged) -> str:
-    return f"  robot: {event.state.message}" if event.state.message else ""
+            return f"the {name} stands on {event.transfer.target}"
 
 
 _SENTENCES: dict[type, Callable[[Any], str]] = {
@@ -65,11 +78,11 @@ _SENTENCES: dict[type, Callable[[Any], str]] = {
     events.Paused: lambda e: "Paused" + (" in mid-transfer." if e.in_transfer else "."),
     events.Resumed: lambda _: "Going on.",
     events.ModeSwapped: lambda e: f"Mode {e.mode}: {e.white} against {e.black}.",
-    events.RobotChanged: _robot,
+    events.RobotChanged: lambda e: f"Robot: {e.state.message}" if e.state.message else "",
     events.OperatorAsked: lambda e: f"Please: {e.text}",
     events.OperatorAnswered: lambda e: f"Thank you: {e.text}",
-    events.DrawOffered: lambda e: f"{_colour(e.colour)} offers a draw.",
-    events.DrawDeclined: lambda e: f"{_colour(e.colour)}'s draw offer is declined.",
+    events.DrawOffered: lambda e: f"{colour_name(e.colour)} offers a draw.",
+    events.DrawDeclined: lambda e: f"{colour_name(e.colour)}'s draw offer is declined.",
     events.GameOver: lambda e: f"Game over: {e.result}, {e.reason}.",
 }
 
@@ -78,9 +91,3 @@ def sentence(event: events.Event) -> str:
     """One line for an event; empty when there is nothing to say."""
     tell = _SENTENCES.get(type(event))
     return tell(event) if tell else ""
-
-
-def place_words(table: Table) -> str:
-    """The table in one line."""
-    trays = ", ".join(f"{tray.name} ({len(tray.slots)} slots)" for tray in table.trays)
-    return f"squares of {table.square:.1f} mm, {table.pieces.name} pieces, trays {trays}"

@@ -1,4 +1,7 @@
-"""Options that many commands share, declared once."""
+"""Options that many commands share, declared once.
+
+Those left out keep what the configuration says; the defaults shown are those of the built-in configuration.
+"""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,58 +10,118 @@ import typer
 
 _GAME = "The game"
 _ROBOT = "The robot"
+_FILES = "Files and screen"
 
 ConfigOption = Annotated[
-    Path | None, typer.Option("--config", help="Configuration file (TOML). See `kempelen config`.")
+    Path | None,
+    typer.Option(
+        "--config",
+        help="Configuration file (TOML); `kempelen config` prints one.",
+        show_default="the user's own, if there is one",
+        rich_help_panel=_FILES,
+    ),
 ]
 DataDirOption = Annotated[
     Path | None,
     typer.Option(
-        "--data-dir", envvar="KEMPELEN_DATA_DIR", help="Where journal, calibration and PGN are kept."
+        "--data-dir",
+        envvar="KEMPELEN_DATA_DIR",
+        help="Where journal, calibration and PGN are kept.",
+        show_default="the system's usual place",
+        rich_help_panel=_FILES,
     ),
 ]
 RobotOption = Annotated[
-    str | None, typer.Option("--robot", help="Kind of robot: gantry.", rich_help_panel=_ROBOT)
+    str | None,
+    typer.Option(
+        "--robot", help="Kind of robot: the driver's name.", show_default="gantry", rich_help_panel=_ROBOT
+    ),
 ]
 PortOption = Annotated[
     str | None,
     typer.Option(
-        "--port", help="twin, /dev/ttyUSB0 or socket://HOST:PORT. Default: twin.", rich_help_panel=_ROBOT
+        "--port",
+        help="twin, /dev/ttyUSB0 or socket://HOST:PORT.",
+        show_default="twin",
+        rich_help_panel=_ROBOT,
     ),
 ]
 SpeedOption = Annotated[
     str | None,
-    typer.Option("--speed", help="Time scale of the twin: 1, N or max.", rich_help_panel=_ROBOT),
+    typer.Option(
+        "--speed",
+        help="Time scale of the twin: 1, N or max.",
+        metavar="1|N|max",
+        show_default="1",
+        rich_help_panel=_ROBOT,
+    ),
 ]
 PlannerOption = Annotated[
     str | None,
-    typer.Option("--planner", help="asynchronous, safe-height or supercover.", rich_help_panel=_ROBOT),
+    typer.Option(
+        "--planner",
+        help="asynchronous, safe-height or supercover.",
+        show_default="asynchronous",
+        rich_help_panel=_ROBOT,
+    ),
 ]
 SeedOption = Annotated[
     int | None,
     typer.Option(
-        "--seed", help="Of everything random: the twin's pieces, sampled moves.", rich_help_panel=_ROBOT
+        "--seed",
+        help="Of everything random: how the twin's pieces stand, sampled moves.",
+        show_default="0",
+        rich_help_panel=_ROBOT,
+    ),
+]
+TwinControlOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--twin-control",
+        help="The --control socket of the `kempelen twin` at --port: the report then has its ground truth.",
+        rich_help_panel=_ROBOT,
     ),
 ]
 EngineOption = Annotated[
     str | None,
     typer.Option(
-        "--engine", help="Path or name of a UCI engine. Default: the best at hand.", rich_help_panel=_GAME
+        "--engine",
+        help="Path or name of a UCI engine.",
+        show_default="the best at hand",
+        rich_help_panel=_GAME,
     ),
 ]
 LevelOption = Annotated[
     str | None,
-    typer.Option("--level", help="1 (beginner) to 20, an Elo, maia-1500, or full.", rich_help_panel=_GAME),
+    typer.Option(
+        "--level",
+        help="1 (beginner) to 20, an Elo, maia-1500, or full.",
+        show_default="full",
+        rich_help_panel=_GAME,
+    ),
 ]
 MoveTimeOption = Annotated[
-    float | None, typer.Option("--move-time", help="Seconds for each engine move.", rich_help_panel=_GAME)
+    float | None,
+    typer.Option(
+        "--move-time", help="Seconds for each engine move.", show_default="1.0", rich_help_panel=_GAME
+    ),
 ]
 FenOption = Annotated[
-    str | None, typer.Option("--fen", help="Start from this position.", rich_help_panel=_GAME)
+    str | None,
+    typer.Option(
+        "--fen",
+        help="Start from this position.",
+        show_default="the usual one",
+        rich_help_panel=_GAME,
+    ),
 ]
 ReportOption = Annotated[
-    Path | None, typer.Option("--report", help="Write a report of the game to this file (JSON).")
+    Path | None,
+    typer.Option("--report", help="Write a report of the game to this file (JSON).", rich_help_panel=_FILES),
 ]
-YesOption = Annotated[
-    bool, typer.Option("--yes", "-y", help="Do not ask; take the operator's help as given.")
+PlainOption = Annotated[
+    bool,
+    typer.Option(
+        "--plain", help="Lines instead of a picture, for screen readers and logs.", rich_help_panel=_FILES
+    ),
 ]

@@ -2,9 +2,10 @@
 
 import asyncio
 import contextlib
+import signal
 import sys
-from collections.abc import AsyncIterator, Callable
-from pathlib import Path
+from collections.abc import AsyncIterator, Callable, Iterator
+from dataclasses import replace
 
 import typer
 from rich.console import Console
@@ -15,97 +16,177 @@ from kempelen.app.config import Config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.people import Answers
 from kempelen.app.report import GameReport
+from kempelen.cli.board import Look
 from kempelen.cli.commands import Commander, LeaveError
 from kempelen.cli.plain import PlainView, typed_lines
-from kempelen.cli.terminal import TerminalView
-from kempelen.core.errors import StoppedError
+from kempelen.cli.screen import GameScreen
+from kempelen.cli.showing import Showing
+from kempelen.cli.terminal import MIN_COLUMNS, MIN_ROWS, TerminalView, san_moves
+from kempelen.cli.trouble import tell
+from kempelen.core.errors import KempelenError
 
 INTERRUPTED = 130
+_SIGNALS = (signal.SIGTERM, signal.SIGHUP)  # SIGINT is asyncio's own
+
+View = PlainView | TerminalView
 
 
-def run_game(config: Config, request: GameRequest | int, report: Path | None) -> None:
+def run_game(config: Config, request: GameRequest | int, showing: Showing) -> None:
     """Play to the end, or until the person leaves; always at rest and resumable afterwards."""
-    runner = _Runner(config, request)
+    runner = GameRunner(config, request, showing)
+    code = 0
     try:
-        result = asyncio.run(runner.run())
+        asyncio.run(runner.run())
     except (KeyboardInterrupt, LeaveError):
-        raise typer.Exit(runner.farewell()) from None
-    except StoppedError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(error.exit_code) from None
-    if report is not None:
-        result.write(report)
-    Console().print(summary(result))
+        code = INTERRUPTED
+    except asyncio.CancelledError:
+        code = 128 + runner.signal
+    except KempelenError as error:
+        if not runner.game:
+            raise
+        tell(error)
+        code = error.exit_code
+    runner.tell_end()
+    raise typer.Exit(code)
 
 
-class _Runner:
-    def __init__(self, config: Config, request: GameRequest | int) -> None:
+class GameRunner:
+    """One game with its views.
+
+    Attributes:
+        game: Its number; 0 as long as it has not begun.
+        signal: The one that ended it.
+    """
+
+    def __init__(self, config: Config, request: GameRequest | int, showing: Showing) -> None:
         self._config = config
         self._request = request
+        self._showing = showing
         self._console = Console()
         self._say: Callable[[str], None] = self._print
-        self._game = 0
+        self._report: GameReport | None = None
+        self._pgn = ""
+        self.game = 0
+        self.signal = 0
 
     def _print(self, text: str) -> None:
-        self._console.print(text, markup=False, highlight=False)
+        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     def _tell(self, text: str) -> None:
         """To whichever view is on."""
         self._say(text)
 
-    def farewell(self) -> int:
-        """Say how to go on; the exit code."""
-        if self._game:
-            typer.echo(
-                f"The robot is at rest and the game is kept. Go on with it: kempelen resume {self._game}"
-            )
-        return INTERRUPTED
+    async def run(self) -> None:
+        """Until the game is over.
 
-    async def run(self) -> GameReport:
+        Raises:
+            LeaveError: the person left.
+            KempelenError: what ended it.
+        """
         answers = Answers(self._tell)
-        async with LiveGame(self._config, self._request, answers.ask) as game:
-            self._game = game.arbiter.game
-            commander = Commander(game, answers, self._tell)
-            async with self._view(game, commander) as (show, lines):
-                return await self._together(game, commander, show, lines)
+        with self._told_by_signals():
+            async with LiveGame(self._config, self._request, answers.ask) as game:
+                self.game, self._pgn = game.arbiter.game, str(game.pgn)
+                commander = Commander(game, answers, self._tell)
+                async with self._view(game, commander) as (view, lines):
+                    if game.notice:
+                        self._say(game.notice)
+                    await self._together(game, commander, view, lines)
+
+    @contextlib.contextmanager
+    def _told_by_signals(self) -> Iterator[None]:
+        """A closed terminal or a polite kill ends the game as Ctrl-C does."""
+        loop, task = asyncio.get_running_loop(), asyncio.current_task()
+
+        def leave(number: int) -> None:
+            self.signal = number
+            if task is not None:
+                task.cancel()
+
+        for number in _SIGNALS:
+            loop.add_signal_handler(number, leave, number)
+        try:
+            yield
+        finally:
+            for number in _SIGNALS:
+                loop.remove_signal_handler(number)
 
     @contextlib.asynccontextmanager
     async def _view(
         self, game: LiveGame, commander: Commander
-    ) -> AsyncIterator[tuple[PlainView | TerminalView, AsyncIterator[str]]]:
-        if not (sys.stdin.isatty() and sys.stdout.isatty()):
-            yield PlainView(self._console), typed_lines()
+    ) -> AsyncIterator[tuple[View, AsyncIterator[str]]]:
+        if not self._has_picture():
+            yield (
+                PlainView(self._console, lambda: game.arbiter.pairing.people, lambda: game.length),
+                typed_lines(),
+            )
             return
-        people = game.arbiter.pairing.people
+        flipped = game.arbiter.pairing.people == (False,)
         view = TerminalView(
-            lambda: game.arbiter.state.board,
-            lambda: game.session.robot.state,
-            commander.words,
-            flipped=people == (False,),
+            GameScreen(game, Look.of(self._console), flipped=flipped),
+            prompt=commander.prompt,
+            moves=lambda: san_moves(game.board) if game.cast.person.to_move else (),
+            commands=commander.words,
+            console=self._console,
         )
         self._say = view.say
-        async with view.live():
-            yield view, view.typed()
+        try:
+            async with view.live():
+                yield view, view.typed()
+        finally:
+            self._say = self._print
+
+    def _has_picture(self) -> bool:
+        """Whether there is a terminal that can redraw, and wants to."""
+        if self._showing.plain or self._console.is_dumb_terminal:
+            return False
+        if not (sys.stdin and sys.stdin.isatty() and sys.stdout.isatty()):
+            return False
+        return self._console.width >= MIN_COLUMNS and self._console.height >= MIN_ROWS
 
     async def _together(
-        self, game: LiveGame, commander: Commander, view: PlainView | TerminalView, lines: AsyncIterator[str]
-    ) -> GameReport:
+        self, game: LiveGame, commander: Commander, view: View, lines: AsyncIterator[str]
+    ) -> None:
         """The game, its picture and its commands; the first to end well or badly ends all."""
         with game.arbiter.events.reader() as reader:
             playing = asyncio.ensure_future(game.play())
             obeying = asyncio.ensure_future(commander.obey(lines))
             showing = asyncio.ensure_future(view.show(reader))
             try:
-                await asyncio.wait({playing, obeying}, return_when=asyncio.FIRST_COMPLETED)
-                if not playing.done():
+                await asyncio.wait({playing, obeying, showing}, return_when=asyncio.FIRST_COMPLETED)
+                if obeying.done():
                     obeying.result()
-                report = await playing
                 await showing
-                return report
+                self._report = await playing
+            except BaseException as error:
+                self._report = _interrupted(game, error)
+                raise
             finally:
                 for task in (playing, obeying, showing):
                     task.cancel()
                 await asyncio.gather(playing, obeying, showing, return_exceptions=True)
+
+    def tell_end(self) -> None:
+        """The result, or how to go on; the report's file last, so that nothing else is lost with it."""
+        if self._report is None:
+            return
+        if self._report.result == "*" and self._report.reason == "interrupted":
+            self._print(
+                f"The robot is at rest and game {self.game} is kept. "
+                f"Go on with it: kempelen resume {self.game}"
+            )
+        else:
+            self._console.print(summary(self._report))
+            self._print(f"PGN: {self._pgn}")
+            self._print("Look at all games: kempelen games    Play another one: kempelen play")
+        if self._showing.report is not None:
+            self._report.write(self._showing.report)
+            self._print(f"Report: {self._showing.report.absolute()}")
+
+
+def _interrupted(game: LiveGame, error: BaseException) -> GameReport:
+    report = game.report()
+    return replace(report, error=error.message) if isinstance(error, KempelenError) else report
 
 
 def summary(report: GameReport) -> Table:
@@ -121,6 +202,8 @@ def summary(report: GameReport) -> Table:
         table.add_row("fallen, neighbours moved", f"{p.toppled}, at most {p.neighbour_max_mm:.2f} mm")
     table.add_row("interventions", str(report.interventions))
     table.add_row("robot time", f"{report.robot_time_s:.1f} s in {report.wall_time_s:.1f} s")
+    if report.robot_time_over_bound:
+        table.add_row("carries over bound", f"{report.robot_time_over_bound:.3f}")
     table.add_row("final position", report.final_fen)
     for line in report.disagreements:
         table.add_row("table differs", line)

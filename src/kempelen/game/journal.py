@@ -231,12 +231,17 @@ class Journal(JournalReader):
                 (game, at, record.kind, to_json(record)),
             )
 
+    @property
+    def next_game(self) -> int:
+        """Number that the next new game gets."""
+        with _explained(self.path):
+            last = self._connection.execute("SELECT max(game) FROM records").fetchone()[0]
+        return int(last or 0) + 1
+
     def begin(self, begun: Begun) -> "GameLog":
         """A new game."""
         state = GameState.begin(begun)
-        with _explained(self.path):
-            last = self._connection.execute("SELECT max(game) FROM records").fetchone()[0]
-        game = (last or 0) + 1
+        game = self.next_game
         self.append(game, begun)
         return GameLog(self, game, state)
 

@@ -63,11 +63,23 @@ class CartesianHand:
         self.planner = planner
         self._clearances = clearances or Clearances()
         self._clock = clock
+        self._underway: tuple[float, float] | None = None  # since when, and for how long, s
 
     @property
     def state(self) -> RobotState:
         """The robot's latest snapshot."""
         return self.robot.state
+
+    def seconds_left(self, pace: float = 1.0) -> float | None:
+        """Until the group of motions at hand should end, s; None when nothing is being driven.
+
+        Args:
+            pace: Seconds of the robot for each second of the clock; other than 1 on a twin.
+        """
+        if self._underway is None:
+            return None
+        since, seconds = self._underway
+        return max(seconds - pace * (self._clock() - since), 0.0)
 
     async def prepare(self) -> None:
         """Home if needed, open the gripper; afterwards it is empty, open and parked.
@@ -102,7 +114,7 @@ class CartesianHand:
         )
         await checkpoint(Checkpoint.CARRYING)
         gripped = self._clock()
-        await self.robot.run([self._follow(plan), self._grip(closed=False)])
+        await self._drive(self._follow(plan), self._grip(closed=False))
         released = self._clock()
         await checkpoint(Checkpoint.RELEASED)
         gripper = self.table.gripper
@@ -126,7 +138,7 @@ class CartesianHand:
         if not await self._homed_now():
             await self.robot.retract()
         plan = plan_carry(self._scene(standing), transfer, start=self._here(), planner=self.planner)
-        await self.robot.run([self._follow(plan), self._grip(closed=False)])
+        await self._drive(self._follow(plan), self._grip(closed=False))
         await checkpoint(Checkpoint.RELEASED)
 
     async def park(self, standing: Layout) -> None:
@@ -137,7 +149,7 @@ class CartesianHand:
             RobotError: as `Robot.run`.
         """
         plan = plan_leave(self._scene(standing), self._here(), planner=self.planner)
-        await self.robot.run([self._follow(plan)])
+        await self._drive(self._follow(plan))
 
     async def hold(self) -> None:
         """Pause at once, also with a piece in the gripper."""
@@ -153,9 +165,16 @@ class CartesianHand:
 
     # --- steps ----------------------------------------------------------------------------------------------
 
+    async def _drive(self, *group: Action) -> None:
+        self._underway = self._clock(), sum(action.seconds for action in group)
+        try:
+            await self.robot.run(group)
+        finally:
+            self._underway = None
+
     async def _while_driving(self, group: Sequence[Action], plan_next: Callable[[], Plan]) -> Plan:
         """Drive a group and plan what follows meanwhile; a failed plan brings the machine to rest."""
-        driving = asyncio.ensure_future(self.robot.run(group))
+        driving = asyncio.ensure_future(self._drive(*group))
         try:
             await asyncio.sleep(0)  # the first lines go out before the planner takes the processor
             plan = plan_next()
@@ -182,7 +201,7 @@ class CartesianHand:
         return Layout(dict.fromkeys(self.table.places, chess.Piece(kind, chess.WHITE)))
 
     async def _open(self) -> None:
-        await self.robot.run([self._grip(closed=False)])
+        await self._drive(self._grip(closed=False))
 
     def _grip(self, *, closed: bool) -> SetGripper:
         gripper = self.table.gripper

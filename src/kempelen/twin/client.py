@@ -40,7 +40,8 @@ class TwinControl:
             self._reader, self._writer = await asyncio.open_unix_connection(str(self._path), limit=1 << 22)
         except OSError as error:
             raise TwinError(
-                f"No twin answers at {self._path}: {error.strerror}.", hint="Start one with `kempelen twin`."
+                f"No twin answers at {self._path}: {error.strerror or error}.",
+                hint="Start one: kempelen twin --control PATH",
             ) from None
         return self
 

@@ -1,0 +1,69 @@
+"""The games of the journal, as a table and as PGN."""
+
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from kempelen.app.files import replace_file
+from kempelen.app.paths import journal_path
+from kempelen.core.errors import ConfigError
+from kempelen.game.game_log import pgn_of
+from kempelen.game.journal import GameSummary, JournalReader
+
+
+def show(directory: Path) -> None:
+    """All games of a data directory, the newest first."""
+    path = journal_path(directory)
+    rows = []
+    if path.exists():
+        with JournalReader(path) as journal:
+            rows = journal.games()
+    console = Console()
+    if not rows:
+        console.print(
+            f"No game in {directory} yet. Begin one: kempelen play", soft_wrap=True, highlight=False
+        )
+        return
+    console.print(_table(rows))
+    if any(not row.over for row in rows):
+        console.print("Go on with an unfinished one: kempelen resume GAME", highlight=False)
+
+
+def _table(rows: list[GameSummary]) -> Table:
+    table = Table()
+    table.add_column("Game", justify="right")
+    table.add_column("Begun (UTC)", no_wrap=True)
+    for name in ("Mode", "White", "Black"):
+        table.add_column(name)
+    table.add_column("Moves", justify="right")
+    table.add_column("Result", no_wrap=True)
+    for row in rows:
+        ending = f"{row.result} {row.reason}" if row.over else "* unfinished"
+        begun = row.started[:16].replace("T", " ")
+        moves = str((row.plies + 1) // 2)
+        table.add_row(str(row.game), begun, row.mode, row.white, row.black, moves, ending)
+    return table
+
+
+def export(directory: Path, game: int | None, output: Path | None) -> None:
+    """One game as PGN, to a file or to standard output.
+
+    Raises:
+        JournalError: no such game.
+        ConfigError: the file cannot be written.
+    """
+    with JournalReader(journal_path(directory)) as journal:
+        text = pgn_of(journal.state(game if game is not None else journal.latest()))
+    if output is None or str(output) == "-":
+        typer.echo(text)
+        return
+    try:
+        replace_file(output, text + "\n")
+    except OSError as error:
+        raise ConfigError(
+            f"{output} cannot be written: {error.strerror}.",
+            hint="Name a file in a directory that you may write to.",
+        ) from None
+    typer.echo(f"Written to {output.absolute()}.")

@@ -1,0 +1,51 @@
+"""A twin in the foreground."""
+
+import tempfile
+from pathlib import Path
+
+import chess
+import typer
+from pydantic import ValidationError
+
+from kempelen.app.config import load_config
+from kempelen.app.speed import parse_speed
+from kempelen.core.errors import ConfigError
+from kempelen.core.table import start_layout
+from kempelen.game.fen import parse_fen
+from kempelen.twin.loop import TwinLoop
+from kempelen.twin.spec import TwinSpec
+
+
+def run_twin(
+    config: Path | None, fen: str | None, speed: str, control: Path | None, **options: object
+) -> None:
+    """Until Ctrl-C; ``options`` are further fields of the spec.
+
+    Raises:
+        ConfigError: an option is out of range.
+        TwinError: the wire cannot be made.
+    """
+    table = load_config(config).build_table()
+    layout = start_layout(table, parse_fen(fen) if fen is not None else chess.Board())
+    with tempfile.TemporaryDirectory(prefix="kempelen-") as folder:
+        try:
+            spec = TwinSpec.of(
+                table,
+                layout,
+                control=control or Path(folder) / "control",
+                speed=parse_speed(speed),
+                **options,
+            )
+        except ValidationError as error:
+            raise _wrong_option(error) from None
+        loop = TwinLoop(spec)
+        typer.echo(f"The twin's controller is at {loop.address} (115200 baud). Ctrl-C ends it.")
+        loop.run()
+
+
+def _wrong_option(error: ValidationError) -> ConfigError:
+    first = error.errors(include_url=False)[0]
+    name = ".".join(map(str, first["loc"]))
+    return ConfigError(
+        f"The option --{name} cannot be '{first['input']}': {first['msg']}.", hint="See: kempelen twin --help"
+    )
