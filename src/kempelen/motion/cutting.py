@@ -22,8 +22,6 @@ FINENESS = 1.0
 """Distance of the chords from the curve over the junction deviation: at 1 the axes' limits are kept."""
 SHORTEST = 0.4
 """Length of a chord worth sending, mm, unless the curve turns within less."""
-CRUMB = 0.1
-"""Length of a chord that is never sent, mm: the controller's steps are not much smaller."""
 _TURNLESS = 1e-6
 _INSTANT = 1e-9
 
@@ -63,7 +61,7 @@ def _without_crumbs(points: list[_Pair], deviation: float) -> list[_Pair]:
         if gap < SHORTEST:
             along_s, along_z = after_s - before_s, after_z - before_z
             off = abs((s - before_s) * along_z - (z - before_z) * along_s)
-            if gap < CRUMB or off <= deviation * sqrt(along_s * along_s + along_z * along_z):
+            if off <= deviation * sqrt(along_s * along_s + along_z * along_z):
                 continue
         kept.append((s, z))
     return [*kept, points[-1]]

@@ -17,15 +17,19 @@ greatest z it reaches; Z is at least H, the highest hurdle and end.
    everywhere the greatest speed that a rest at the start, the limit and a rest at the end allow.
 4. Adding up: the motion lasts at least A(Z) = X + max over (i, j) with e_i <= x_j of
    max(0, u(h_i) - t(e_i)) + max(0, d(h_j) - X + t(x_j)).
+5. The condition e_i <= x_j excludes nothing. Let x_j < e_i. If h_i >= h_j, then hurdle i asks for at least as
+   much at the end as j does, since x_i > x_j; if h_i < h_j, then j asks for at least as much at the start as
+   i does, since e_j < e_i. So a pair (i, i) or (j, j) has at least the same sum.
 
 A falls and B rises with Z, so the least over Z >= H of max(A, B) bounds every motion from below. For
 whatever peak P is chosen, no Z gives less than max(B(H), A(ceiling), min(A(P), B(P))): below P, A is at
 least A(P); above, B is at least B(P).
 
 **The plan.** z rises at full rate to a peak, waits and falls at full rate; the horizontal axes start
-late by the first maximum above and arrive early by the second. That is allowed, for all pairs at once,
-and lasts max(A, B) with the maximum over all pairs: the bound itself, unless the two hurdles that rule
-the start and the end are passed in the wrong order (x_j < e_i).
+late by the first maximum above and arrive early by the second. That is allowed for all hurdles at once,
+and lasts max(A, B): it is the bound itself, as exactly as the peak is searched. What the controller makes
+of it is another matter (see `timing`): GRBL limits the acceleration along and across the path one by one,
+so that for moments it may exceed an axis' limit or stay below it.
 """
 
 from collections.abc import Callable
@@ -64,11 +68,10 @@ class Race:
 
 @dataclass(frozen=True, slots=True)
 class _Try:
-    """The race for one peak: ``waits`` has for each hurdle what it asks at the start and at the end, s."""
+    """The race for one peak: what its hurdles ask at the start and at the end, s."""
 
     up: Profile
     down: Profile
-    waits: list[tuple[float, float]]
     wait: float
     early: float
 
@@ -98,10 +101,9 @@ def run(leg: Leg) -> Race:
 
     def attempt(peak: float) -> _Try:
         up, down = leg.lift(peak - leg.start[2]), leg.lift(peak - leg.end[2])
-        waits = [(up.passing(rise) - first, down.passing(fall) - last) for rise, first, fall, last in marks]
-        wait = max((w for w, _ in waits), default=0.0)
-        early = max((e for _, e in waits), default=0.0)
-        return _Try(up, down, waits, max(wait, 0.0), max(early, 0.0))
+        wait = max((up.passing(rise) - first for rise, first, _, _ in marks), default=0.0)
+        early = max((down.passing(fall) - last for _, _, fall, last in marks), default=0.0)
+        return _Try(up, down, max(wait, 0.0), max(early, 0.0))
 
     lowest, highest = attempt(leg.rise), attempt(_enough_height(leg))
     peak, best = _best_peak(attempt, leg, lowest, highest, travel.seconds)
@@ -109,8 +111,8 @@ def run(leg: Leg) -> Race:
     seconds = max(horizontal, best.vertical)
     bound = max(
         lowest.vertical,
-        travel.seconds + _in_order(leg, highest.waits),
-        min(travel.seconds + _in_order(leg, best.waits), best.vertical),
+        travel.seconds + highest.wait + highest.early,
+        min(horizontal, best.vertical),
     )
     return Race(travel, best.up, best.down, peak, best.wait + (seconds - horizontal) / 2, seconds, bound)
 
@@ -141,15 +143,3 @@ def _best_peak(
         else:
             low = middle
     return high, best
-
-
-def _in_order(leg: Leg, waits: list[tuple[float, float]]) -> float:
-    """The greatest sum of a wait at the start and one at the end, hurdles in that order, s."""
-    both = [
-        wait + early
-        for first, (wait, _) in zip(leg.hurdles, waits, strict=True)
-        for last, (_, early) in zip(leg.hurdles, waits, strict=True)
-        if first.enter <= last.leave
-    ]
-    single = [value for pair in waits for value in pair]
-    return max([0.0, *both, *single])

@@ -2,7 +2,7 @@
 
 import random
 from itertools import pairwise
-from math import hypot
+from math import cos, hypot, sin
 
 import chess
 import numpy as np
@@ -47,7 +47,7 @@ def random_transfer(layout: Layout, table: Table, rng: random.Random) -> Transfe
 
 @st.composite
 def tables(draw: st.DrawFn) -> Table:
-    """Any rotation, offset, square size, trays at other heights, gripper at any angle."""
+    """Any rotation, offset, lean, square size, trays at other heights, gripper at any angle."""
     scale = draw(st.floats(1.0, 1.25))
     square = 50.0 * scale
     heights = [draw(st.sampled_from([0.0, -25.0, 15.0])) for _ in range(2)]
@@ -58,9 +58,11 @@ def tables(draw: st.DrawFn) -> Table:
     turn = draw(st.floats(-3.2, 3.2))
     middle = np.array([4 * square, 4 * square, 0.0])
     shift = np.array([draw(st.floats(-150, 150)), draw(st.floats(-150, 150)), draw(st.floats(-20, 30))])
-    pose = Transform.about_z(turn)
+    lean = draw(st.floats(-0.01, 0.01))
+    tilt = np.array([[cos(lean), 0.0, sin(lean)], [0.0, 1.0, 0.0], [-sin(lean), 0.0, cos(lean)]])
+    pose = Transform.about_z(turn) @ Transform(tilt, np.zeros(3))
     return Table(
-        robot_from_board=Transform.about_z(turn, shift - pose @ middle),
+        robot_from_board=Transform(pose.rotation, shift - pose @ middle),
         square=square,
         trays=trays,
         pieces=PRESETS[draw(st.sampled_from(["club", "thesis"]))],

@@ -1,7 +1,7 @@
 """What stands in the way of a leg, and the scene it is read from."""
 
 import random
-from math import hypot
+from math import cos, hypot, sin
 
 import chess
 import numpy as np
@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.unit.motion.motion_tables import placed, point, tables
 
+from kempelen.core.geometry import Transform
 from kempelen.core.places import Place
 from kempelen.core.table import Table
 from kempelen.motion.leg import Leg, columns
@@ -71,7 +72,42 @@ def test_outside_of_its_hurdles_a_leg_keeps_its_lateral_clearance(table: Table, 
             px, py, pz = table.centre(place)
             room = min(hypot(px - ex, py - ey) for ex, ey in ends)
             if hypot(px - x, py - y) < min(reach, room) - 1e-6:
-                assert z >= pz + king.grip_height + clear.vertical + king.grip_height - 1e-6
+                assert z >= pz + king.grip_height + clear.vertical + king.grip_height - 0.01
+
+
+def test_on_a_leaning_board_its_highest_point_on_the_way_counts() -> None:
+    lean = 0.01
+    tilt = np.array([[cos(lean), 0, sin(lean)], [0, 1, 0], [-sin(lean), 0, cos(lean)]])
+    table = Table(robot_from_board=Transform(tilt, np.array([150.0, 25, 10])))
+    (board,) = leg(Scene(table, placed()), "g4", "b4").hurdles
+    highest = float(table.centre(Place("b4"))[2])
+    assert board.height == pytest.approx(highest + np.tan(lean) * KING.base_diameter / 2 + 3 + 48, abs=1e-3)
+
+
+def test_less_room_than_the_clearance_is_kept_and_slows_nothing_that_moves_away() -> None:
+    wide = Clearances(lateral=15.0)
+    (board,) = leg(Scene(TABLE, placed(c4="q"), wide), "d4", "h4").hurdles
+    (same,) = leg(Scene(TABLE, placed(h4="q"), wide), "d4", "g4").hurdles[:1]
+    assert board.what == same.what == "the board"
+    ahead = leg(Scene(TABLE, placed(h4="q"), wide), "d4", "g4").hurdles
+    assert {h.what for h in ahead} == {"the board"}
+    across = leg(Scene(TABLE, placed(e4="q"), wide), "d4", "g4").hurdles
+    assert min(h.enter for h in across if h.what != "the board") == pytest.approx(0.0, abs=1e-9)
+
+
+def test_off_the_own_piece_straight_up_until_its_head_is_clear() -> None:
+    scene = Scene(TABLE, placed(e4="K", a4="p"))
+    grips = [point(TABLE.grip_point(Place(*at), kind)) for at, kind in ((("e4",), 6), (("a4",), 1))]
+    grips[0] = (grips[0][0] - 0.05, grips[0][1], grips[0][2])  # a step or two off
+    here = Leg.between(scene, grips[0], grips[1], None, "test")
+    own = {h.what: h for h in here.hurdles if "on" in h.what}
+    assert len(own) == len([h for h in here.hurdles if "on" in h.what]) == 2
+    fingers = columns(TABLE.gripper, None)[0].radius
+    king, pawn = own["the white king on e4"], own["the black pawn on a4"]
+    assert king.height == KING.height + 3 + TABLE.gripper.below_tool
+    assert (king.enter, king.leave) == pytest.approx((0.1, fingers + KING.head_diameter / 2 + 3 + 3))
+    reach = fingers + TABLE.pieces.pawn.head_diameter / 2 + 3 + 3
+    assert (pawn.enter, pawn.leave) == pytest.approx((199.95 - reach, 199.85))
 
 
 def test_the_hand_is_a_stack_of_columns() -> None:

@@ -10,7 +10,7 @@ from tests.unit.motion.motion_tables import placed, random_board, random_transfe
 
 from kempelen.core.table import Table, WorkSpace, start_layout
 from kempelen.motion import race
-from kempelen.motion.cutting import CRUMB, cut
+from kempelen.motion.cutting import cut
 from kempelen.motion.leg import Hurdle, Leg
 from kempelen.motion.plan import propose_carry
 from kempelen.motion.profile import Profile
@@ -21,13 +21,13 @@ CEILING = SCENE.table.space.upper[2]
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def random_leg(seed: int, *, most: int = 6) -> Leg:
+def random_leg(seed: int) -> Leg:
     """Any hurdles at all, in any order, overlapping or not; none that is impossible."""
     rng = random.Random(seed)
     length = rng.choice([rng.uniform(0.5, 20), rng.uniform(20, 400)])
     start, end = (100.0, 100.0, rng.uniform(0, 120)), (100.0 + length, 100.0, rng.uniform(0, 120))
     hurdles = []
-    for _ in range(rng.randrange(most + 1)):
+    for _ in range(rng.randrange(7)):
         enter, leave = sorted(rng.uniform(0, length) for _ in range(2))
         hurdles.append(Hurdle(enter, leave, rng.uniform(min(start[2], end[2]), CEILING), "a hurdle"))
     rise = max([start[2], end[2], *(hurdle.height for hurdle in hurdles)])
@@ -86,16 +86,10 @@ def test_no_admissible_schedule_beats_the_bound(seed: int) -> None:
 
 
 @given(SEEDS)
-def test_the_schedule_is_the_bound_itself_with_one_hurdle(seed: int) -> None:
-    leg = random_leg(seed, most=1)
-    run = race.run(leg)
-    assert run.bound <= run.seconds <= run.bound + 2.5e-4
-
-
-@given(SEEDS)
-def test_the_bound_is_never_above_the_schedule(seed: int) -> None:
+def test_the_schedule_is_the_bound_itself(seed: int) -> None:
     run = race.run(random_leg(seed))
     assert 0 < run.bound <= run.seconds + 1e-12
+    assert run.seconds <= run.bound + 5e-4
 
 
 @given(SEEDS)
@@ -160,10 +154,10 @@ def test_the_polyline_of_a_carry_is_within_the_junction_deviation_of_the_curve(s
 
 @settings(max_examples=60)
 @given(SEEDS)
-def test_even_where_it_turns_on_the_spot_no_more_than_a_crumb_is_cut_off(seed: int) -> None:
+def test_even_where_it_turns_on_the_spot_little_is_cut_off(seed: int) -> None:
     leg = random_leg(seed)
     points = cut(leg, race.run(leg))
-    assert cut_off(leg) <= CRUMB
+    assert cut_off(leg) <= 2 * SCENE.table.space.junction_deviation
     assert (points[0], points[-1]) == ((0.0, leg.start[2]), (leg.length, leg.end[2]))
 
 
@@ -173,4 +167,4 @@ def test_no_crumbs_and_no_going_back(seed: int) -> None:
     leg = random_leg(seed)
     points = np.array(cut(leg, race.run(leg)))
     assert (np.diff(points[:, 0]) >= -1e-9).all()
-    assert len(points) == 2 or np.abs(np.diff(points, axis=0)).sum(axis=1).min() > 0.5 * CRUMB
+    assert len(points) == 2 or np.abs(np.diff(points, axis=0)).sum(axis=1).min() > 0.02

@@ -16,7 +16,7 @@ from kempelen.core.places import Place
 from kempelen.core.table import Gripper, Table, Tray
 from kempelen.motion.plan import plan_approach, plan_leave
 from kempelen.motion.scene import Clearances, Scene
-from kempelen.motion.sweep import Contact, slack, sweep
+from kempelen.motion.sweep import Contact, _to_box, slack, sweep
 
 TABLE = Table()
 KING, PAWN = TABLE.pieces.king, TABLE.pieces.pawn
@@ -158,6 +158,30 @@ def test_the_deepest_comes_first_and_each_pair_once() -> None:
 def test_standing_still_in_the_open_touches_nothing(vertices: Array) -> None:
     assert sweep(vertices, Scene(TABLE, placed(d4="k")), None) == []
     assert sweep(vertices, Scene(TABLE, placed()), None) == []
+
+
+def test_on_a_leaning_board_the_base_must_be_clear_with_its_lower_rim() -> None:
+    lean = 0.02
+    tilt = np.array([[cos(lean), 0, sin(lean)], [0, 1, 0], [-sin(lean), 0, cos(lean)]])
+    scene = Scene(Table(robot_from_board=Transform(tilt, np.array([150.0, 25, 30])), space=WIDE), placed())
+    (x, y, z), (u, v, w) = scene.table.centre(Place("b4")), scene.table.centre(Place("g4"))
+    rim = KING.base_diameter / 2 * np.tan(lean)
+    for gap, wanted in ((0.02, set()), (-0.02, {("the carried piece", "the board")})):
+        lift = KING.grip_height + slack(scene) + rim + gap
+        line = path((x, y, z + 60), (x, y, z + lift), (u, v, w + lift), (u, v, w + 60))
+        assert found(sweep(line[:, :], scene, KING)) == wanted
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_distance_of_a_segment_from_a_box(seed: int) -> None:
+    rng = random.Random(seed)
+    box = (rng.uniform(-20, 0), rng.uniform(1, 20), rng.uniform(-9, 0), rng.uniform(1, 9))
+    p, q = ((rng.uniform(-40, 40), rng.uniform(-40, 40)) for _ in range(2))
+    steps = np.linspace(0, 1, 2001)
+    dense = min(
+        distance_to_box(p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), box) for t in steps.tolist()
+    )
+    assert _to_box(p, q, box) == pytest.approx(dense, abs=0.06)
 
 
 def test_a_leaning_table_is_served_too() -> None:
