@@ -196,18 +196,23 @@ class Kill:
 NEVER = Kill(NO_SUCH_LINE, 1, 0.0)
 
 
-def seeded_kills(seed: int, number: int) -> list[Kill]:
-    """Deaths at events (many with a piece held), at any time in a game, in start-up, homing and resuming."""
+def seeded_kills(seed: int) -> Iterator[Kill]:
+    """Deaths without end: at events (most with a piece held), at any time in a game, in start-up and homing.
+
+    Every six of them are one of each kind, so that any number of them is well mixed.
+    """
     rng = random.Random(seed)  # noqa: S311 - seeded instants, not secrets
-    deal: Sequence[Callable[[], Kill]] = (
-        lambda: Kill("carrying", rng.randint(1, 4), rng.uniform(0.0, 0.15)),
-        lambda: Kill("carrying", rng.randint(1, 4), rng.uniform(0.0, 0.03)),
-        lambda: Kill("fetching", rng.randint(1, 4), rng.uniform(0.0, 0.15)),
-        lambda: Kill("stands on", rng.randint(1, 3), rng.uniform(0.0, 0.05)),
-        lambda: Kill("Game ", 1, rng.uniform(0.0, 1.0)),
-        lambda: Kill("", 0, rng.uniform(0.1, 4.0)),
-    )
-    return [deal[index % len(deal)]() for index in rng.sample(range(number), number)]
+    kinds: list[Callable[[], Kill]] = [
+        lambda: Kill("carrying", rng.randint(1, 4), rng.uniform(0.0, 0.08)),
+        lambda: Kill("carrying", rng.randint(1, 4), rng.uniform(0.0, 0.02)),
+        lambda: Kill("fetching", rng.randint(1, 4), rng.uniform(0.0, 0.08)),
+        lambda: Kill("stands on", rng.randint(1, 3), rng.uniform(0.0, 0.03)),
+        lambda: Kill("Game ", 1, rng.uniform(0.0, 0.6)),
+        lambda: Kill("", 0, rng.uniform(0.1, 3.0)),
+    ]
+    while True:
+        rng.shuffle(kinds)
+        yield from [kind() for kind in kinds]
 
 
 @dataclass
@@ -229,7 +234,9 @@ class KilledGame:
     output: list[str] = field(default_factory=list)
 
 
-def play_killed(data: Path, command: Sequence[str], kills: Iterator[Kill], *options: str) -> KilledGame:
+def play_killed(
+    data: Path, command: Sequence[str], kills: Iterator[Kill], *options: str, most: int = 1 << 30
+) -> KilledGame:
     """Begin a game, kill the program, resume it and so on until ``kills`` are used up; then to the end.
 
     Args:
@@ -237,6 +244,7 @@ def play_killed(data: Path, command: Sequence[str], kills: Iterator[Kill], *opti
         command: Begins the game.
         kills: One for each run; the rest is left for another game when this one ends early.
         options: For every run.
+        most: Deaths after which no more are wanted.
 
     Raises:
         AssertionError: a program ended by itself, and not with the game.
@@ -245,7 +253,7 @@ def play_killed(data: Path, command: Sequence[str], kills: Iterator[Kill], *opti
     options = (*options, "--data-dir", str(data), "--report", str(report))
     result = KilledGame()
     while result.state is None or result.state.ended is None:
-        kill = next(kills, NEVER)
+        kill = next(kills, NEVER) if result.kills < most else NEVER
         with Program(*(("resume", "1") if result.state else command), *options) as program:
             killed = kill.strike(program)
             code = program.wait()
