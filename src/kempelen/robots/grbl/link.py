@@ -153,6 +153,7 @@ class Link:
         if self._owner is not None:
             self._owner.cancel()
             await asyncio.wait([self._owner])
+        self.lose(self._closed())
         await self.transport.close()
 
     @property
@@ -165,8 +166,11 @@ class Link:
         """The lines that are being sent or acknowledged at the moment."""
         return self._stream
 
+    def _closed(self) -> LinkError:
+        return LinkError(f"The line to {self.transport.name} was closed.", hint="Connect again.")
+
     async def _own(self) -> None:
-        reason = LinkError(f"The line to {self.transport.name} was closed.", hint="Connect again.")
+        reason = self._closed()
         try:
             while True:
                 data = await self.transport.read()
@@ -308,7 +312,8 @@ class Link:
         stream = self._stream
         if self._dead is not None:
             self._acknowledge()
-        if self._dead is not None or stream is None or not stream.outstanding:
+            return
+        if stream is None or not stream.outstanding:
             return
         line = stream.lines[stream.acknowledged]
         stream.acknowledge()
