@@ -34,13 +34,14 @@ class BenchResult:
 
     def print_table(self, console: Console) -> None:
         """The rows, then the figures."""
+        console.print(f"kempelen bench {self.bench}", highlight=False)
         if self.rows:
-            console.print(_table(f"kempelen bench {self.bench}", self.rows))
-        console.print(_table("", [{"figure": name, "value": value} for name, value in self.figures.items()]))
+            console.print(_table(self.rows))
+        console.print(_table([{"figure": name, "value": value} for name, value in self.figures.items()]))
 
 
-def _table(title: str, rows: list[dict[str, Any]]) -> Table:
-    table = Table(title=title or None)
+def _table(rows: list[dict[str, Any]]) -> Table:
+    table = Table()
     for name in rows[0]:
         numeric = isinstance(rows[0][name], int | float)
         table.add_column(name.replace("_", " "), justify="right" if numeric else "left")

@@ -98,7 +98,7 @@ def test_less_room_than_the_clearance_is_kept_and_slows_nothing_that_moves_away(
 def test_off_the_own_piece_straight_up_until_its_head_is_clear() -> None:
     scene = Scene(TABLE, placed(e4="K", a4="p"))
     grips = [point(TABLE.grip_point(Place(*at), kind)) for at, kind in ((("e4",), 6), (("a4",), 1))]
-    grips[0] = (grips[0][0] - 0.05, grips[0][1], grips[0][2])  # a step or two off
+    grips[0] = (grips[0][0] + 0.05, grips[0][1], grips[0][2])  # a step or two off
     here = Leg.between(scene, grips[0], grips[1], None, "test")
     own = {h.what: h for h in here.hurdles if "on" in h.what}
     assert len(own) == len([h for h in here.hurdles if "on" in h.what]) == 2
@@ -107,7 +107,7 @@ def test_off_the_own_piece_straight_up_until_its_head_is_clear() -> None:
     assert king.height == KING.height + 3 + TABLE.gripper.below_tool
     assert (king.enter, king.leave) == pytest.approx((0.1, fingers + KING.head_diameter / 2 + 3 + 3))
     reach = fingers + TABLE.pieces.pawn.head_diameter / 2 + 3 + 3
-    assert (pawn.enter, pawn.leave) == pytest.approx((199.95 - reach, 199.85))
+    assert (pawn.enter, pawn.leave) == pytest.approx((200.05 - reach, 199.95))
 
 
 def test_the_hand_is_a_stack_of_columns() -> None:
