@@ -147,6 +147,25 @@ async def test_pause_and_resume_with_the_piece_in_the_gripper() -> None:
         assert apart(rig.position(), RELEASE) <= STEP
 
 
+async def test_the_time_left_runs_down() -> None:
+    async with MemoryRig() as rig, rig.robot() as robot:
+        hand = CartesianHand(robot, TABLE, clock=lambda: rig.controller.time_s)
+        notes = await prepared(rig, hand)
+        assert hand.seconds_left() is None
+        carrying = asyncio.create_task(hand.carry(KNIGHT, START, notes))
+        await until(lambda: hand.seconds_left() is not None)
+        first = hand.seconds_left()
+        await hand.hold()
+        second = hand.seconds_left()
+        assert first is not None
+        assert second is not None
+        assert 0.0 <= second < first
+        assert hand.seconds_left(pace=1000.0) == 0.0
+        await hand.resume()
+        await carrying
+        assert hand.seconds_left() is None
+
+
 async def test_stop_drops_nothing() -> None:
     async with MemoryRig() as rig, rig.robot() as robot:
         hand = CartesianHand(robot, TABLE)
