@@ -92,8 +92,9 @@ class Condition:
         self.silent = self.banner_due = False
         self.gripper = self._wiring.after_reset
         if not self.keeps_position and self.alarm is None:
+            expected = not self.homed  # whoever stops the machine takes it for unhomed at once
             self.homed = False
-            if self.connected:
+            if self.connected and not expected:
                 self._trouble = "The controller restarted by itself; check its power supply, then home."
 
     def lost(self, error: LinkError) -> None:
