@@ -56,23 +56,24 @@ class Cast:
     def __init__(self, config: Config, stack: AsyncExitStack) -> None:
         self._config = config
         self._stack = stack
+        self._usual = (config.engine.path, config.engine.level, config.engine.move_time)
         self._engines: dict[tuple[str, str, float], UciEngine] = {}
         self.person = PersonPlayer("Person")
 
     async def engine(
         self, path: str | None = None, level: str | None = None, seconds: float | None = None
     ) -> EnginePlayer:
-        """An engine's player; None means as configured.
+        """An engine's player; None means as configured, or as in the game that goes on.
 
         Raises:
             EngineError: no such engine, or it does not start.
             ConfigError: the level is out of range.
         """
-        chosen = self._config.engine
+        usual = self._usual
         key = (
-            chosen.path if path is None else path,
-            level or chosen.level,
-            chosen.move_time if seconds is None else seconds,
+            usual[0] if path is None else path,
+            level or usual[1],
+            usual[2] if seconds is None else seconds,
         )
         if key not in self._engines:
             self._engines[key] = await self._stack.enter_async_context(
@@ -133,6 +134,5 @@ class Cast:
                 return ReplayPlayer.from_spec(spec)
             case _:
                 wish = spec.details
-                return await self.engine(
-                    str(wish["engine"]), str(wish["level"]), float(str(wish["move_time"]))
-                )
+                self._usual = str(wish["engine"]), str(wish["level"]), float(str(wish["move_time"]))
+                return await self.engine()

@@ -34,10 +34,15 @@ class Commander:
         game: The running game.
         answers: Questions that wait for a line.
         say: Shows a sentence.
+        patient: Whether moves and answers wait until they are wanted, as a script's must; a person at a
+            keyboard is told at once that it is the other side's turn.
     """
 
-    def __init__(self, game: LiveGame, answers: Answers, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, game: LiveGame, answers: Answers, say: Callable[[str], None], *, patient: bool = False
+    ) -> None:
         self._game = game
+        self._patient = patient
         self._answers = answers
         self._say = say
         self._tasks: set[asyncio.Task[None]] = set()
@@ -70,10 +75,12 @@ class Commander:
             return "Your answer: "
         if person.offered_draw:
             return "A draw is offered. Agree (y/n)? "
-        paused = "Paused (resume, finish, takeback). " if arbiter.paused else ""
+        if arbiter.state.ended is not None:
+            return ""
+        paused = "Paused (resume, finish). " if arbiter.paused else ""
         if person.to_move:
             return f"{paused}Your move, {colour_name(arbiter.state.board.turn)}: "
-        return f"{paused}(help, pause, quit) > "
+        return f"{paused or '(help, pause, quit)'} > "
 
     def _colour(self) -> chess.Color:
         """The side that the person at the terminal speaks for.
@@ -99,7 +106,9 @@ class Commander:
                     raise LeaveError
                 if line == END_OF_INPUT:
                     await self._no_more_input()
-                elif line or self._answers.waiting:
+                if self._patient and not self._is_order(line):
+                    await self._wanted()
+                if line or self._answers.waiting:
                     self._take(line)
         finally:
             for task in self._tasks:
@@ -107,20 +116,25 @@ class Commander:
 
     async def _no_more_input(self) -> None:
         """The moves typed so far are still played; when the next one is wanted, nobody can give it."""
-        waits = [
-            asyncio.ensure_future(event.wait())
-            for event in (self._game.cast.person.wanted, self._answers.wanted)
-        ]
-        try:
-            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for wait in waits:
-                wait.cancel()
+        await self._wanted()
         wish = self._answers.question or f"{colour_name(self._game.arbiter.state.board.turn)} is to move."
         raise OperatorNeededError(
             f"Standard input has ended, and only a person can go on: {wish}",
             hint="Resume with the keyboard or more lines as standard input.",
         )
+
+    async def _wanted(self) -> None:
+        """Until a move or an answer is waited for."""
+        events = (self._game.cast.person.wanted, self._answers.wanted)
+        waits = [asyncio.ensure_future(event.wait()) for event in events]
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for wait in waits:
+                wait.cancel()
+
+    def _is_order(self, line: str) -> bool:
+        return bool(line) and line.split(maxsplit=1)[0].lower() in self._orders
 
     def _take(self, line: str) -> None:
         if self._answers.waiting:

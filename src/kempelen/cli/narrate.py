@@ -6,7 +6,7 @@ from typing import Any
 import chess
 
 from kempelen.core import events
-from kempelen.core.pieces import kind_name, piece_name
+from kempelen.core.pieces import kind_name
 from kempelen.core.protocols import Checkpoint, Thinking
 
 _LINE = 5  # moves of the principal variation that are shown
@@ -60,12 +60,12 @@ def _proposed(event: events.MoveProposed) -> str:
 
 
 def _checkpoint(event: events.CheckpointReached) -> str:
-    name = piece_name(event.transfer.piece)
+    name = kind_name(event.transfer.piece.piece_type)
     match event.checkpoint:
         case Checkpoint.GRIPPING:
             return f"fetching the {name} from {event.transfer.source}"
         case Checkpoint.CARRYING:
-            return f"carrying the {kind_name(event.transfer.piece.piece_type)} to {event.transfer.target}"
+            return f"carrying the {name} to {event.transfer.target}"
         case _:
             return f"the {name} stands on {event.transfer.target}"
 

@@ -87,7 +87,7 @@ class GameRunner:
         with self._told_by_signals():
             async with LiveGame(self._config, self._request, answers.ask) as game:
                 self.game, self._pgn = game.arbiter.game, str(game.pgn)
-                commander = Commander(game, answers, self._tell)
+                commander = Commander(game, answers, self._tell, patient=not _keyboard())
                 async with self._view(game, commander) as (view, lines):
                     if game.notice:
                         self._say(game.notice)
@@ -140,7 +140,7 @@ class GameRunner:
         """Whether there is a terminal that can redraw, and wants to."""
         if self._showing.plain or self._console.is_dumb_terminal:
             return False
-        if not (sys.stdin and sys.stdin.isatty() and sys.stdout.isatty()):
+        if not (_keyboard() and sys.stdout.isatty()):
             return False
         return self._console.width >= MIN_COLUMNS and self._console.height >= MIN_ROWS
 
@@ -177,11 +177,17 @@ class GameRunner:
             )
         else:
             self._console.print(summary(self._report))
+            self._print(f"Final position: {self._report.final_fen}")
             self._print(f"PGN: {self._pgn}")
             self._print("Look at all games: kempelen games    Play another one: kempelen play")
         if self._showing.report is not None:
             self._report.write(self._showing.report)
             self._print(f"Report: {self._showing.report.absolute()}")
+
+
+def _keyboard() -> bool:
+    """Whether a person types."""
+    return sys.stdin is not None and not sys.stdin.closed and sys.stdin.isatty()
 
 
 def _interrupted(game: LiveGame, error: BaseException) -> GameReport:
@@ -204,7 +210,6 @@ def summary(report: GameReport) -> Table:
     table.add_row("robot time", f"{report.robot_time_s:.1f} s in {report.wall_time_s:.1f} s")
     if report.robot_time_over_bound:
         table.add_row("carries over bound", f"{report.robot_time_over_bound:.3f}")
-    table.add_row("final position", report.final_fen)
     for line in report.disagreements:
         table.add_row("table differs", line)
     return table

@@ -1,8 +1,9 @@
 """What the live picture shows: events go in, a picture for a given width comes out. No terminal in here."""
 
 import textwrap
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import chess
 from rich.console import Group, RenderableType
@@ -17,13 +18,19 @@ from kempelen.core.pieces import piece_name
 from kempelen.core.places import Transfer
 from kempelen.core.protocols import Checkpoint, GripperState, RobotState
 
+STATUS_ROWS = 4
+BACKGROUND_ROWS = 2
 MESSAGE_ROWS = 4
-ROWS = 1 + HEIGHT + MESSAGE_ROWS
 NARROW = 64  # columns below which the status stands under the board
 _WIDE = 106  # columns from which the moves have a column of their own
 _GAP = 3
 _LOG_WIDTH = 24
-_BAR = 16
+_BAR = 12
+
+
+def rows(width: int) -> int:
+    """Height of the picture."""
+    return 1 + HEIGHT + BACKGROUND_ROWS + MESSAGE_ROWS + (STATUS_ROWS if width < NARROW else 0)
 
 
 class Watched(Protocol):
@@ -73,6 +80,7 @@ class GameScreen:
     _position: chess.Board = field(default_factory=chess.Board)
     _log: list[str] = field(default_factory=list)
     _captured: tuple[list[chess.Piece], list[chess.Piece]] = field(default_factory=lambda: ([], []))
+    _number: int = 0
     _move: str = ""
     _paused: str = ""
 
@@ -84,29 +92,44 @@ class GameScreen:
 
     def note(self, event: events.Event) -> None:
         """Take in what happened."""
-        match event:
-            case events.GameStarted():
-                self._begin(event)
-            case events.TurnBegan():
-                self._position = chess.Board(event.fen)
-                self._move, self.doing = "", f"{colour_name(event.colour)} to move: {event.player}"
-            case events.EngineThinking():
-                self.thought = thinking_text(event.thinking, self._position)
-            case events.MoveProposed():
-                self._propose(event)
-            case events.CheckpointReached():
-                self._reach(event)
-            case events.TransferDone():
-                self._held, self._pieces = None, event.layout.board_part()
-            case events.MoveCommitted() | events.MoveTakenBack():
-                self._settle(event)
-            case events.Paused() | events.Resumed():
-                self._paused = sentence(event).rstrip(".").lower() if isinstance(event, events.Paused) else ""
-            case _ if text := sentence(event):
-                self.say(text)
+        takers: dict[type, Callable[[Any], None]] = {
+            events.GameStarted: self._begin,
+            events.ModeSwapped: self._swap,
+            events.TurnBegan: self._turn,
+            events.EngineThinking: self._think,
+            events.MoveProposed: self._propose,
+            events.CheckpointReached: self._reach,
+            events.TransferDone: self._transferred,
+            events.MoveCommitted: self._settle,
+            events.MoveTakenBack: self._settle,
+            events.Paused: self._pause,
+            events.Resumed: self._pause,
+        }
+        if take := takers.get(type(event)):
+            take(event)
+        elif text := sentence(event):
+            self.say(text)
+
+    def _swap(self, event: events.ModeSwapped) -> None:
+        self._entitle(event.white, event.black)
+        self.say(sentence(event))
+
+    def _turn(self, event: events.TurnBegan) -> None:
+        self._position = chess.Board(event.fen)
+        self._move, self.doing = "", f"waiting for {event.player}"
+
+    def _think(self, event: events.EngineThinking) -> None:
+        self.thought, self.doing = thinking_text(event.thinking, self._position), "thinking"
+
+    def _transferred(self, event: events.TransferDone) -> None:
+        self._held, self._pieces = None, event.layout.board_part()
+
+    def _pause(self, event: events.Paused | events.Resumed) -> None:
+        self._paused = sentence(event).rstrip(".").lower() if isinstance(event, events.Paused) else ""
 
     def _begin(self, event: events.GameStarted) -> None:
-        self.title = f"Game {event.game}: {event.white} against {event.black}"
+        self._number = event.game
+        self._entitle(event.white, event.black)
         if event.resumed:
             self.say(sentence(event))
         self._position = chess.Board(event.fen)
@@ -114,9 +137,13 @@ class GameScreen:
         self.doing = "getting ready"
         self._read_score()
 
+    def _entitle(self, white: str, black: str) -> None:
+        self.title = f"Game {self._number}: {white} against {black}"
+
     def _propose(self, event: events.MoveProposed) -> None:
-        self._move = f"{move_number(event.ply, event.colour)} {event.san}"
-        self.doing = "by your hand" if event.by_hand else "on its way"
+        back = "taking back " if event.ply <= len(self.game.board.move_stack) else ""
+        self._move = f"{back}{move_number(event.ply, event.colour)} {event.san}"
+        self.doing, self.messages = "made by hand" if event.by_hand else "on its way", []
         move = chess.Move.from_uci(event.uci)
         self._marked = (move.from_square, move.to_square)
 
@@ -146,13 +173,14 @@ class GameScreen:
     # --- picture out ----------------------------------------------------------------------------------------
 
     def picture(self, width: int) -> RenderableType:
-        """`ROWS` lines when ``width`` is at least `NARROW`."""
+        """The picture, `rows` lines high."""
         title = Text(self.title, style="bold", no_wrap=True, overflow="ellipsis")
         board = board_picture(self._pieces, self._marked, flipped=self.flipped, look=self.look)
-        side = width - WIDTH - _GAP
+        below = (self._background(), self._notices(width))
         if width < NARROW:
-            return Group(title, board, self._status(), self._notices(width))
+            return Group(title, board, self._status(), *below)
         grid = Table.grid(padding=(0, _GAP, 0, 0))
+        side = width - WIDTH - _GAP
         if width < _WIDE:
             status = self._status()
             log = self._moves(HEIGHT - status.row_count - 1)
@@ -161,25 +189,27 @@ class GameScreen:
         else:
             grid.add_row(board, self._status(), self._moves(HEIGHT))
             grid.columns[1].width = side - _LOG_WIDTH - _GAP
-        return Group(title, grid, self._notices(width))
+        return Group(title, grid, *below)
 
     def _moves(self, rows: int) -> Text:
-        return Text("\n".join(self._log[-rows:]) if rows > 0 else "", no_wrap=True)
+        return Text("\n".join(self._log[-rows:]), no_wrap=True)
 
     def _status(self) -> Table:
-        table = Table.grid(padding=(0, 1, 0, 0))
-        table.add_column(style="dim", width=8)
-        table.add_column(no_wrap=True, overflow="ellipsis")
+        """What the robot does: `STATUS_ROWS` rows."""
         state = self.game.robot
-        table.add_row("robot", self._robot(state))
-        table.add_row("gripper", self._gripper(state))
-        table.add_row("now", self._now())
-        if self.thought:
-            table.add_row("engine", self.thought)
-        if any(self._captured):
-            table.add_row("taken", self._taken())
-        table.add_row("game", self._progress())
-        return table
+        return _rows(
+            ("robot", self._robot(state)),
+            ("gripper", self._gripper(state)),
+            ("now", self._now()),
+            ("game", self._progress()),
+        )
+
+    def _background(self) -> Table:
+        """What is thought, and what was taken: `BACKGROUND_ROWS` rows over the whole width."""
+        return _rows(
+            ("engine" if self.thought else "", self.thought),
+            ("taken" if any(self._captured) else "", self._taken()),
+        )
 
     @staticmethod
     def _robot(state: RobotState) -> str:
@@ -194,33 +224,39 @@ class GameScreen:
         return state.gripper.value
 
     def _now(self) -> Text:
-        text = Text(f"{self._move}: " if self._move else "", style="bold")
         if self._paused:
-            return text.append(self._paused, style="bold yellow")
-        text.append(self.doing, style="not bold")
-        left = self.game.seconds_left
-        if left is not None:
-            text.append(f", {left:.1f} s left", style="not bold dim")
-        return text
+            return Text(self._paused, style="bold yellow")
+        text, left = Text(self.doing), self.game.seconds_left
+        return text if left is None else text.append(f", {left:.1f} s left", style="dim")
 
     def _taken(self) -> str:
         white, black = ("".join(piece_sign(piece, self.look) for piece in side) for side in self._captured)
         return "   ".join(
-            f"{name}: {signs}" for name, signs in (("White's", white), ("Black's", black)) if signs
+            f"{name} {signs}" for name, signs in (("White's", white), ("Black's", black)) if signs
         )
 
-    def _progress(self) -> str:
-        board = self.game.board
-        played, length = len(board.move_stack), self.game.length
+    def _progress(self) -> Text:
+        board, length = self.game.board, self.game.length
+        text = Text(self._move or f"move {board.fullmove_number}, {colour_name(board.turn)} to move", "bold")
         if length:
-            full = "#-" if not self.look.glyphs else "█░"
+            played = len(board.move_stack)
+            full, empty = "█░" if self.look.glyphs else "#-"
             done = round(_BAR * min(played / length, 1.0))
-            return f"{full[0] * done}{full[1] * (_BAR - done)} half-move {played} of {length}"
-        return f"move {board.fullmove_number}, {colour_name(board.turn)} to move"
+            text.append(f"  {full * done}{empty * (_BAR - done)} {played} of {length}", style="not bold")
+        return text
 
     def _notices(self, width: int) -> Text:
         lines = [line for text in self.messages for line in _wrapped(text, width)]
         return Text("\n".join(lines[-MESSAGE_ROWS:]), style="yellow", no_wrap=True)
+
+
+def _rows(*rows: tuple[str, str | Text]) -> Table:
+    table = Table.grid(padding=(0, 1, 0, 0))
+    table.add_column(style="dim", min_width=8, no_wrap=True)
+    table.add_column(no_wrap=True, overflow="ellipsis")
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
 def _wrapped(text: str, width: int) -> list[str]:

@@ -21,12 +21,11 @@ from prompt_toolkit.widgets import CompletionsToolbar, TextArea
 from rich.console import Console
 
 from kempelen.cli.board import HEIGHT
-from kempelen.cli.screen import NARROW, ROWS, GameScreen
+from kempelen.cli.screen import GameScreen, rows
 from kempelen.core import events
 
 LEAVE = "quit"
-MIN_COLUMNS, MIN_ROWS = 40, HEIGHT + 6
-_STATUS_ROWS = 6
+MIN_COLUMNS, MIN_ROWS = 40, HEIGHT + 7
 _REFRESH_S = 0.2
 _STYLE = Style.from_dict({"prompt": "bold", "completion-toolbar.completion.current": "reverse"})
 
@@ -113,8 +112,7 @@ class TerminalView:
         return int(self._application.output.get_size().columns)
 
     def _height(self) -> int:
-        rows = ROWS if self._width >= NARROW else ROWS + _STATUS_ROWS
-        return min(rows, int(self._application.output.get_size().rows) - 3)
+        return min(rows(self._width - 1), int(self._application.output.get_size().rows) - 3)
 
     def _picture(self) -> str:
         """One column less than there are: a full line would wrap in some terminals."""
