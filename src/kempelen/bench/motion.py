@@ -6,6 +6,7 @@ driven, sample by sample, goes through the swept test.
 """
 
 import random
+import re
 import statistics
 import time
 from collections.abc import Sequence
@@ -69,13 +70,11 @@ class _Tally:
             "carries": carries,
             "planner": planner,
             "n": len(self.bounds),
-            "predicted_s": round(statistics.fmean(self.predicted), 3),
-            "executed_s": round(statistics.fmean(self.executed), 3),
             "bound_s": round(statistics.fmean(self.bounds), 3),
             "predicted_over_bound": round(self.over_bound(self.predicted), 4),
             "executed_over_bound": round(self.over_bound(self.executed), 4),
-            "worst": round(max(np.asarray(self.executed) / np.asarray(self.bounds)), 3),
-            "segments_per_s": round(statistics.median(self.segments), 1),
+            "worst": round(float(np.max(np.asarray(self.executed) / np.asarray(self.bounds))), 3),
+            "lines_per_s": round(statistics.median(self.segments), 1),
             "collisions": self.touching,
         }
 
@@ -138,13 +137,13 @@ class _Comparison:
             tally.row(title, name) for title, group in groups for name, tally in group.items() if tally.bounds
         ]
         if self._scattered.bounds:
-            rows.append(self._scattered.row("random positions, all legs", DEFAULT_PLANNER))
+            rows.append(self._scattered.row("random, all legs", DEFAULT_PLANNER))
         return rows
 
     def replay(self, score: GameScore) -> None:
         """All carries of a game by every planner; the times of its moves with the default one."""
         tallies = {name: _Tally() for name in PLANNERS}
-        self._games.append((score.title[:40], tallies))
+        self._games.append((_short(score), tallies))
         table, board = self._table, score.start_board()
         layout, gripper = start_layout(table, board), table.gripper
         here = table.park_point(table.centre(table.places[0]))
@@ -192,6 +191,12 @@ class _Comparison:
             outcome = driven(Driven(plan, leg.scene, leg.held))
             for tally in tallies:
                 tally[name].add(plan, *outcome)
+
+
+def _short(score: GameScore) -> str:
+    """``"Kasparov-Topalov"``."""
+    names = (re.split(r"[^\w'-]", score.headers.get(side, "?"))[0] for side in ("White", "Black"))
+    return "-".join(names)
 
 
 def move_steps(

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
@@ -41,10 +42,14 @@ class BenchResult:
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table()
+    table = Table(box=SIMPLE, pad_edge=False)
     for name in rows[0]:
         numeric = isinstance(rows[0][name], int | float)
-        table.add_column(name.replace("_", " "), justify="right" if numeric else "left")
+        table.add_column(
+            name.replace("_", " "),
+            justify="right" if numeric else "left",
+            min_width=max(len(_shown(row[name])) for row in rows),
+        )
     for row in rows:
         table.add_row(*(_shown(value) for value in row.values()))
     return table

@@ -38,9 +38,7 @@ def test_the_figures_of_a_short_game_are_in_their_ranges(comparison: _Comparison
 
 def test_there_is_a_row_for_each_planner_and_one_for_the_positions(comparison: _Comparison) -> None:
     rows = comparison.rows()
-    assert [row["planner"] for row in rows] == ["asynchronous", "safe-height", "supercover"] * 2 + [
-        "asynchronous"
-    ]
+    assert [row["planner"] for row in rows] == [*PLANNERS, *PLANNERS, "asynchronous"]
     assert {row["n"] for row in rows[:6]} == {19}
     assert len({tuple(row) for row in rows}) == 1
 
