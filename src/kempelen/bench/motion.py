@@ -70,11 +70,9 @@ class _Tally:
             "carries": carries,
             "planner": planner,
             "n": len(self.bounds),
-            "bound_s": round(statistics.fmean(self.bounds), 3),
             "predicted_over_bound": round(self.over_bound(self.predicted), 4),
             "executed_over_bound": round(self.over_bound(self.executed), 4),
-            "worst": round(float(np.max(np.asarray(self.executed) / np.asarray(self.bounds))), 3),
-            "lines_per_s": round(statistics.median(self.segments), 1),
+            "worst_over_bound": round(float(np.max(np.asarray(self.executed) / np.asarray(self.bounds))), 3),
             "collisions": self.touching,
         }
 
@@ -129,6 +127,8 @@ class _Comparison:
             "collisions": self._total[DEFAULT_PLANNER].touching + self._scattered.touching,
             "plan_ms_median": round(1000 * statistics.median(self._planning), 3),
             "quiet_move_s_median": round(statistics.median(self._quiet), 3),
+            "carry_s_mean": round(statistics.fmean(self._total[DEFAULT_PLANNER].executed), 3),
+            "lines_per_s_median": round(statistics.median(self._total[DEFAULT_PLANNER].segments), 1),
         }
 
     def rows(self) -> list[dict[str, Any]]:
