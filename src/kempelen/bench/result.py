@@ -48,7 +48,7 @@ def _table(rows: list[dict[str, Any]]) -> Table:
         table.add_column(
             name.replace("_", " "),
             justify="right" if numeric else "left",
-            min_width=max(len(_shown(row[name])) for row in rows),
+            min_width=max(map(len, (*name.split("_"), *(_shown(row[name]) for row in rows)))),
         )
     for row in rows:
         table.add_row(*(_shown(value) for value in row.values()))
