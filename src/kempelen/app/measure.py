@@ -111,7 +111,7 @@ class Measurements:
         """
         bound = sum(report.bound for report in self.reports)
         carried = sum(report.carry - self._table.gripper.open_seconds for report in self.reports)
-        return carried / bound if bound else 0.0
+        return max(carried / bound, 0.0) if bound else 0.0
 
     def report(self, arbiter: Arbiter, over: events.GameOver | None, *, wall: float) -> GameReport:
         """Everything together; the table can be compared with the game only when the game is ``over``."""

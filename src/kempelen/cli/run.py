@@ -24,6 +24,7 @@ from kempelen.cli.showing import Showing
 from kempelen.cli.terminal import MIN_COLUMNS, MIN_ROWS, TerminalView, san_moves
 from kempelen.cli.trouble import tell
 from kempelen.core.errors import KempelenError
+from kempelen.core.events import Event, OperatorAnswered, OperatorAsked
 
 INTERRUPTED = 130
 _SIGNALS = (signal.SIGTERM, signal.SIGHUP)  # SIGINT is asyncio's own
@@ -151,7 +152,7 @@ class GameRunner:
         with game.arbiter.events.reader() as reader:
             playing = asyncio.ensure_future(game.play())
             obeying = asyncio.ensure_future(commander.obey(lines))
-            showing = asyncio.ensure_future(view.show(reader))
+            showing = asyncio.ensure_future(view.show(_to_show(reader, game)))
             try:
                 await asyncio.wait({playing, obeying, showing}, return_when=asyncio.FIRST_COMPLETED)
                 if obeying.done():
@@ -183,6 +184,14 @@ class GameRunner:
         if self._showing.report is not None:
             self._report.write(self._showing.report)
             self._print(f"Report: {self._showing.report.absolute()}")
+
+
+async def _to_show(stream: AsyncIterator[Event], game: LiveGame) -> AsyncIterator[Event]:
+    """All events but the requests to a person who is asked in words as well."""
+    asked_in_words = game.session.control is None
+    async for event in stream:
+        if not (asked_in_words and isinstance(event, OperatorAsked | OperatorAnswered)):
+            yield event
 
 
 def _keyboard() -> bool:
