@@ -42,14 +42,10 @@ class BenchResult:
 
 
 def _table(rows: list[dict[str, Any]]) -> Table:
-    table = Table(box=SIMPLE, pad_edge=False)
+    table = Table(box=SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
     for name in rows[0]:
         numeric = isinstance(rows[0][name], int | float)
-        table.add_column(
-            name.replace("_", " "),
-            justify="right" if numeric else "left",
-            min_width=max(map(len, (*name.split("_"), *(_shown(row[name]) for row in rows)))),
-        )
+        table.add_column(name.replace("_", "\n"), justify="right" if numeric else "left", no_wrap=True)
     for row in rows:
         table.add_row(*(_shown(value) for value in row.values()))
     return table
