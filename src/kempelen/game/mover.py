@@ -52,6 +52,8 @@ class Mover:
 
     async def _do(self, purpose: Purpose, uci: str, *, by_hand: bool = False) -> None:
         transfers = await self._planned(purpose, uci)
+        if by_hand:
+            await self._step_aside()
         ply = self._ply(purpose)
         intent = Intended(purpose=purpose, ply=ply, uci=uci, transfers=transfers, by_hand=by_hand)
         self._log.write(intent)
@@ -63,6 +65,7 @@ class Mover:
     async def _planned(self, purpose: Purpose, uci: str) -> tuple[Transfer, ...]:
         """The transfers; as long as the table lacks something for them, the operator is asked."""
         while isinstance(planned := self._plan(purpose, uci), Request):
+            await self._step_aside()
             need: Literal["supply", "remove"] = "supply" if isinstance(planned, Missing) else "remove"
             piece, place, ply = planned.piece, planned.place, self._ply(purpose)
             self._log.write(
@@ -70,6 +73,11 @@ class Mover:
             )
             await self._desk.satisfy(planned)
         return planned
+
+    async def _step_aside(self) -> None:
+        """A person's hand comes to the table: the robot's must be clear of every piece, for certain."""
+        if self._log.state.around is not None:
+            await self._carrier.park()
 
     def _plan(self, purpose: Purpose, uci: str) -> tuple[Transfer, ...] | Request:
         board, layout = self._log.state.board, self._log.state.layout

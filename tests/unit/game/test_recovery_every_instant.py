@@ -264,6 +264,13 @@ async def test_a_look_into_the_gripper_is_remembered(tmp_path: Path) -> None:
         assert "is K held?" in life.person.requests
 
 
+async def test_the_hand_steps_aside_before_a_person_reaches_in(tmp_path: Path) -> None:
+    """Found by the soak: reset while a piece is brought, the gripper around the last piece moved."""
+    bringing = await instants_at_step(Life(tmp_path / "count", park=False), "supply", nth=0)
+    for at in range(bringing - 6, bringing + 4):
+        await survive(Life(tmp_path / str(at), park=False), [Death(at, reset=True)])
+
+
 async def instants_at_step(life: Life, name: str, nth: int) -> int:
     """The number of the instant before the ``nth`` motion of that name."""
     switch, found = KillSwitch(), []
