@@ -175,6 +175,8 @@ class TcpWire:
         """Take a new host; a second one at the same time is turned away. Never a DTR edge."""
         with suppress(BlockingIOError):
             client, _ = self._server.accept()
+            if self._gone():
+                self.drop()
             if self._client is not None:
                 client.close()
                 return False
@@ -182,6 +184,17 @@ class TcpWire:
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._client = client
         return False
+
+    def _gone(self) -> bool:
+        """Whether the present host has hung up and nothing of what it sent is left to read."""
+        if self._client is None:
+            return False
+        try:
+            return not self._client.recv(1, socket.MSG_PEEK)
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True
 
     def keep_dtr(self) -> None:
         """Nothing to keep."""

@@ -117,6 +117,18 @@ def test_tcp_carries_one_host_at_a_time(tcp_wire: TcpWire) -> None:
     assert tcp_wire.read() == b""
 
 
+def test_a_host_that_hung_up_makes_room_for_the_next_at_once(tcp_wire: TcpWire) -> None:
+    port = int(tcp_wire.address.rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port)):
+        tcp_wire.opened()
+    with socket.create_connection(("127.0.0.1", port)) as next_host:
+        tcp_wire.opened()
+        next_host.sendall(b"?")
+        while not (data := tcp_wire.read()):
+            pass
+        assert data == b"?"
+
+
 def test_a_taken_tcp_port_is_named(tcp_wire: TcpWire) -> None:
     port = int(tcp_wire.address.rpartition(":")[2])
     with pytest.raises(TwinError, match=rf"TCP port {port} .* cannot be used"):
