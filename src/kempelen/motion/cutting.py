@@ -68,19 +68,17 @@ def _without_crumbs(points: list[_Pair], deviation: float) -> list[_Pair]:
 
 
 def _chord(velocity: _Pair, rate: _Pair, limits: _Pair, deviation: float) -> float:
-    """The longest time, s, whose chord is fine enough: a fixed point. Infinite on a straight line."""
+    """About the longest time, s, whose chord is fine enough; infinite on a straight line."""
     (vs, vz), (rate_s, rate_z) = velocity, rate
     turn = abs(rate_s * vz - rate_z * vs)
     if turn < _TURNLESS:
         return float("inf")
-    step = 0.0
-    for _ in range(2):
-        ms, mz = vs + 0.5 * rate_s * step, vz + 0.5 * rate_z * step
-        squared = ms * ms + mz * mz
-        speed = sqrt(squared)
-        believed = speed * min(limits[0] / max(abs(mz), _INSTANT), limits[1] / max(abs(ms), _INSTANT))
-        step = sqrt(8.0 * deviation * speed / turn * min(believed * speed / turn, 1.0))
-    return step
+    # As if at the speed of its beginning, then at that of its middle.
+    step = sqrt(8.0 * deviation * sqrt(vs * vs + vz * vz) / turn)
+    ms, mz = vs + 0.5 * rate_s * step, vz + 0.5 * rate_z * step
+    speed = sqrt(ms * ms + mz * mz)
+    believed = speed * min(limits[0] / max(abs(mz), _INSTANT), limits[1] / max(abs(ms), _INSTANT))
+    return sqrt(8.0 * deviation * speed / turn * min(believed * speed / turn, 1.0))
 
 
 def _spans(race: Race) -> list[tuple[float, float, float]]:
