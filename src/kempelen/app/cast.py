@@ -37,6 +37,15 @@ class GameRequest:
     opponent_level: str = ""
 
 
+@dataclass(frozen=True)
+class EngineWish:
+    """What the engines of a game that goes on shall be from now on; None: as they were."""
+
+    path: str | None = None
+    level: str | None = None
+    move_time: float | None = None
+
+
 def score_of(spec: PlayerSpec) -> GameScore | None:
     """The score that a player replays; None for other players."""
     return ReplayPlayer.from_spec(spec).score if spec.kind == "replay" else None
@@ -48,12 +57,14 @@ class Cast:
     Args:
         config: For the engine and its time.
         stack: Ends what is started here.
+        wish: For the engines of a game of the journal.
 
     Attributes:
         person: The one who types moves.
     """
 
-    def __init__(self, config: Config, stack: AsyncExitStack) -> None:
+    def __init__(self, config: Config, stack: AsyncExitStack, wish: EngineWish | None = None) -> None:
+        self._wish = wish or EngineWish()
         self._config = config
         self._stack = stack
         self._usual = (config.engine.path, config.engine.level, config.engine.move_time)
@@ -133,6 +144,13 @@ class Cast:
             case "replay":
                 return ReplayPlayer.from_spec(spec)
             case _:
-                wish = spec.details
-                self._usual = str(wish["engine"]), str(wish["level"]), float(str(wish["move_time"]))
-                return await self.engine()
+                return await self._engine_again(spec)
+
+    async def _engine_again(self, spec: PlayerSpec) -> Player:
+        was, wish = spec.details, self._wish
+        self._usual = (
+            str(was["engine"]) if wish.path is None else wish.path,
+            wish.level or str(was["level"]),
+            float(str(was["move_time"])) if wish.move_time is None else wish.move_time,
+        )
+        return await self.engine()

@@ -309,7 +309,8 @@ def _read(path: Path | None) -> tuple[str, str]:
         ) from None
     except OSError as error:
         raise ConfigError(
-            f"The configuration {file} cannot be read: {error.strerror}.", hint="Allow reading it."
+            f"The configuration {file} cannot be read: {error.strerror}.",
+            hint="Name a TOML file that you may read.",
         ) from None
 
 

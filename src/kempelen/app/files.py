@@ -1,7 +1,6 @@
 """Small files that must be whole: written beside the old one, forced to disk, then put in its place."""
 
 import os
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 
@@ -9,22 +8,26 @@ from pathlib import Path
 def replace_file(path: Path, text: str) -> None:
     """Write ``text`` (UTF-8) so that at every instant the old or the new file is there, whole.
 
-    Missing directories are made.
+    Missing directories are made. A link keeps pointing where it does; a device or a pipe is written to.
 
     Raises:
         OSError: it cannot be written; the old file is as it was.
     """
+    path = path.resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    if path.exists() and not path.is_file():
+        path.write_text(text, encoding="utf-8")
+        return
+    beside = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+        with beside.open("w", encoding="utf-8") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
-        Path(name).replace(path)
+        beside.replace(path)
     except BaseException:
         with suppress(OSError):
-            Path(name).unlink()
+            beside.unlink()
         raise
     _sync_directory(path.parent)
 

@@ -8,7 +8,7 @@ from typing import Self
 
 import chess
 
-from kempelen.app.cast import Cast, GameRequest, score_of
+from kempelen.app.cast import Cast, EngineWish, GameRequest, score_of
 from kempelen.app.config import Config
 from kempelen.app.measure import MeasuredPlayer, Measurements
 from kempelen.app.paths import journal_path, pgn_path, twin_state_path
@@ -36,7 +36,9 @@ class LiveGame:
 
     Args:
         config: Everything configured.
+        request: A new game, or the number of one in the journal.
         ask: Puts a question to the person at hand.
+        wish: Other engines for a game of the journal.
 
     Attributes:
         arbiter: Owns the game.
@@ -46,7 +48,9 @@ class LiveGame:
         notice: What the person should know before it begins; mostly empty.
     """
 
-    def __init__(self, config: Config, request: GameRequest | int, ask: Ask) -> None:
+    def __init__(
+        self, config: Config, request: GameRequest | int, ask: Ask, wish: EngineWish | None = None
+    ) -> None:
         self._config = config
         self._request = request
         self._ask = ask
@@ -55,7 +59,7 @@ class LiveGame:
         self._pace = twin_speed(config)
         self._started = time.monotonic()
         self._ended = False
-        self.cast = Cast(config, self._stack)
+        self.cast = Cast(config, self._stack, wish)
 
     async def __aenter__(self) -> Self:
         """Set everything up: the journal, the engine, the table.
@@ -194,8 +198,9 @@ class LiveGame:
         A replay for which no score is named is that of the score that the game began with.
         """
         if request.mode is Mode.REPLAY and request.score is None:
-            score = score_of(self.arbiter.state.begun.pairing.white)
-            request = replace(request, score=score)
+            begun = self.arbiter.state.begun
+            score = score_of(begun.pairing.white)
+            request = replace(request, score=score and replace(score, headers=begun.headers))
         await self.arbiter.swap_mode(self._measured(await self.cast.pairing(request)))
 
     async def set_speed(self, text: str) -> None:

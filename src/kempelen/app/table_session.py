@@ -121,6 +121,11 @@ class TableSession:
                 control = TwinControl(Path(self._config.twin.control))
                 self.control = await self._stack.enter_async_context(control)
             return self._config.robot.port
+        if self._config.twin.control:
+            raise ConfigError(
+                f"The control socket {self._config.twin.control} is that of a twin started separately.",
+                hint="Name its port too: --port PORT --twin-control SOCKET",
+            )
         folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="kempelen-"))
         self._state.parent.mkdir(parents=True, exist_ok=True)
         # The world is as configured; what a calibration says about it may be wrong, and must then show.

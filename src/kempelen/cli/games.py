@@ -177,6 +177,9 @@ def resume(
         int | None,
         typer.Argument(help="Number of the game.", show_default="the newest unfinished one"),
     ] = None,
+    engine: EngineOption = None,
+    level: LevelOption = None,
+    move_time: MoveTimeOption = None,
     robot: RobotOption = None,
     port: PortOption = None,
     planner: PlannerOption = None,
@@ -190,18 +193,22 @@ def resume(
 ) -> None:
     """Go on with a game after any exit, also with a piece in the gripper.
 
-    Players, engine, level and hands are those of the game.
+    Players, engine, level and hands are those of the game; engines may be changed.
 
     Examples:
 
         kempelen resume           the newest unfinished game
         kempelen resume 3
+        kempelen resume --level 5 --move-time 0.2
     """
+    from kempelen.app.cast import EngineWish
     from kempelen.cli import start
 
     settings = start.configured(
-        config, robot__kind=robot, robot__port=port, planner__name=planner, twin__speed=speed,
+        config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
+        robot__port=port, planner__name=planner, twin__speed=speed,
         twin__seed=seed,
         twin__control=twin_control, data__dir=data_dir,
     )  # fmt: skip
-    start.resume(settings, game, Showing(report, plain=plain))
+    wish = EngineWish(engine, level, move_time)
+    start.resume(settings, game, Showing(report, plain=plain), wish)

@@ -78,7 +78,7 @@ TwinControlOption = Annotated[
     Path | None,
     typer.Option(
         "--twin-control",
-        help="The --control socket of the `kempelen twin` at --port: the report then has its ground truth and its clock.",
+        help="The --control socket of the `kempelen twin` at --port: for its ground truth in the report.",
         rich_help_panel=_ROBOT,
     ),
 ]

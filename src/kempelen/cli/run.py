@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from kempelen.app.cast import GameRequest
+from kempelen.app.cast import EngineWish, GameRequest
 from kempelen.app.config import Config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.people import Answers
@@ -32,9 +32,18 @@ _SIGNALS = (signal.SIGTERM, signal.SIGHUP)  # SIGINT is asyncio's own
 View = PlainView | TerminalView
 
 
-def run_game(config: Config, request: GameRequest | int, showing: Showing) -> None:
-    """Play to the end, or until the person leaves; always at rest and resumable afterwards."""
-    runner = GameRunner(config, request, showing)
+def run_game(
+    config: Config, request: GameRequest | int, showing: Showing, wish: EngineWish | None = None
+) -> None:
+    """Play to the end, or until the person leaves; always at rest and resumable afterwards.
+
+    Args:
+        config: Everything configured.
+        request: A new game, or the number of one in the journal.
+        showing: How it is shown.
+        wish: Other engines for a game of the journal.
+    """
+    runner = GameRunner(config, request, showing, wish)
     code = 0
     try:
         asyncio.run(runner.run())
@@ -59,8 +68,11 @@ class GameRunner:
         signal: The one that ended it.
     """
 
-    def __init__(self, config: Config, request: GameRequest | int, showing: Showing) -> None:
+    def __init__(
+        self, config: Config, request: GameRequest | int, showing: Showing, wish: EngineWish | None
+    ) -> None:
         self._config = config
+        self._wish = wish
         self._request = request
         self._showing = showing
         self._console = Console()
@@ -86,7 +98,7 @@ class GameRunner:
         """
         answers = Answers(self._tell)
         with self._told_by_signals():
-            async with LiveGame(self._config, self._request, answers.ask) as game:
+            async with LiveGame(self._config, self._request, answers.ask, self._wish) as game:
                 self.game, self._pgn = game.arbiter.game, str(game.pgn)
                 commander = Commander(game, answers, self._tell, patient=not _keyboard())
                 async with self._view(game, commander) as (view, lines):

@@ -24,14 +24,26 @@ class Showing:
             require_writable(self.report)
 
 
+def require_directory(path: Path) -> None:
+    """A directory, or none yet.
+
+    Raises:
+        ConfigError: something else is there.
+    """
+    if path.exists() and not path.is_dir():
+        raise ConfigError(
+            f"The data directory {path} is no directory.", hint="Name another one with --data-dir."
+        )
+
+
 def require_writable(path: Path) -> None:
     """Make the directory of a file that is to be written, and try.
 
     Raises:
         ConfigError: it is a directory, or may not be written.
     """
-    new = not path.exists()
     try:
+        new = not path.exists()
         path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("a", encoding="utf-8"):
             pass

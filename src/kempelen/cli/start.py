@@ -1,19 +1,34 @@
 """From the options of a game command to the game that is run."""
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import chess
 
-from kempelen.app.cast import GameRequest
+from kempelen.app.cast import EngineWish, GameRequest
 from kempelen.app.config import Config, load_config
 from kempelen.app.paths import journal_path
 from kempelen.cli.run import run_game
-from kempelen.cli.showing import Showing
+from kempelen.cli.showing import Showing, require_directory
+from kempelen.core.errors import ConfigError
 from kempelen.game.fen import parse_fen
 from kempelen.game.journal import JournalReader
 from kempelen.game.modes import Mode
-from kempelen.game.pgn import read_game
+from kempelen.game.pgn import GameScore, read_game
+
+_OPTIONS: Mapping[str, str] = {
+    "engine.path": "--engine",
+    "engine.level": "--level",
+    "engine.move_time": "--move-time",
+    "robot.kind": "--robot",
+    "robot.port": "--port",
+    "planner.name": "--planner",
+    "twin.speed": "--speed",
+    "twin.seed": "--seed",
+    "twin.control": "--twin-control",
+    "data.dir": "--data-dir",
+}
 
 
 def configured(config: Path | None, **overrides: Any) -> Config:
@@ -24,7 +39,21 @@ def configured(config: Path | None, **overrides: Any) -> Config:
     for key, value in overrides.items():
         if isinstance(value, Path):
             overrides[key] = str(value)
-    return load_config(config, {key.replace("__", "."): value for key, value in overrides.items()})
+    given = {key.replace("__", "."): value for key, value in overrides.items() if value is not None}
+    try:
+        settings = load_config(config, given)
+    except ConfigError as error:
+        raise ConfigError(_by_option(error.message, given), hint=error.hint) from None
+    require_directory(settings.data_dir)
+    return settings
+
+
+def _by_option(message: str, given: Iterable[str]) -> str:
+    """What the configuration says of a key, said of the option that it was given by."""
+    for key in given:
+        if key in _OPTIONS:
+            message = message.replace(f"'{key}' is ", f"{_OPTIONS[key]} is ")
+    return message
 
 
 def _number(text: str) -> float | str:
@@ -56,15 +85,27 @@ def replay(
     """A recorded game."""
     score = read_game(file, number)
     white = side == "white"
+    if take_over is not None:
+        _require_move(score, take_over)
     request = GameRequest(
         Mode.REPLAY, score.start_fen, score=score, person_plays=white, take_over_move=take_over
     )
     run_game(settings, request, showing)
 
 
-def resume(settings: Config, number: int | None, showing: Showing) -> None:
+def _require_move(score: GameScore, number: int) -> None:
+    """Raises: ConfigError: the score does not come as far as move ``number``."""
+    last = score.final_board().fullmove_number
+    if not 1 <= number <= last:
+        raise ConfigError(
+            f"--take-over is {number}, but the moves of this game are numbered up to {last}.",
+            hint=f"Give a number from {score.start_board().fullmove_number} to {last}.",
+        )
+
+
+def resume(settings: Config, number: int | None, showing: Showing, wish: EngineWish) -> None:
     """A game of the journal; the newest unfinished one when ``number`` is None."""
     if number is None:
         with JournalReader(journal_path(settings.data_dir)) as journal:
             number = journal.latest(unfinished=True)
-    run_game(settings, number, showing)
+    run_game(settings, number, showing, wish)

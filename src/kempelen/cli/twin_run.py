@@ -25,6 +25,8 @@ def run_twin(
         ConfigError: an option is out of range.
         TwinError: the wire cannot be made.
     """
+    if options.get("resume") and not options.get("state"):
+        raise ConfigError("--keep goes on from a table that was kept.", hint="Name its file: --state FILE")
     table = load_config(config).build_table()
     layout = start_layout(table, parse_fen(fen) if fen is not None else chess.Board())
     with tempfile.TemporaryDirectory(prefix="kempelen-") as folder:
@@ -46,6 +48,4 @@ def run_twin(
 def _wrong_option(error: ValidationError) -> ConfigError:
     first = error.errors(include_url=False)[0]
     name = ".".join(map(str, first["loc"]))
-    return ConfigError(
-        f"The option --{name} cannot be '{first['input']}': {first['msg']}.", hint="See: kempelen twin --help"
-    )
+    return ConfigError(f"--{name} cannot be '{first['input']}'.", hint="See: kempelen twin --help")

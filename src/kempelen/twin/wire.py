@@ -74,13 +74,23 @@ class PtyWire:
         os.close(slave)
         self.address = device
         if self._link is not None:
-            with suppress(FileNotFoundError):
-                self._link.unlink()
-            self._link.symlink_to(device)
+            self._point(self._link, device)
             self.address = str(self._link)
         self._hung_up, self._dtr = True, False
         self._poll = select.poll()
         self._poll.register(self._master, select.POLLIN)
+
+    def _point(self, link: Path, device: str) -> None:
+        try:
+            if link.is_symlink():
+                link.unlink()
+            link.symlink_to(device)
+        except OSError as error:
+            os.close(self._master)
+            raise TwinError(
+                f"The link {link} to the pseudo-terminal cannot be made: {error.strerror}.",
+                hint="Name a path in a directory that you may write to, where no file is yet.",
+            ) from None
 
     def _events(self) -> int:
         for _, events in self._poll.poll(0):
