@@ -5,7 +5,7 @@ import math
 import os
 import re
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from kempelen.core.protocols import RobotPhase
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import GameScore, read_game
 from kempelen.testing.live import Stage
+from kempelen.testing.scenarios import children_of
 
 pytestmark = pytest.mark.physics
 
@@ -241,12 +242,9 @@ async def test_the_virtual_person_brings_what_an_underpromotion_lacks(tmp_path: 
     assert_well_placed(report)
 
 
-def engines() -> Iterator[int]:
+def engines() -> list[int]:
     """Processes of this one that are no twin."""
-    children = Path(f"/proc/self/task/{os.getpid()}/children").read_text(encoding="ascii").split()
-    for pid in children:
-        if b"kempelen.twin" not in Path(f"/proc/{pid}/cmdline").read_bytes():
-            yield int(pid)
+    return [pid for pid, command in children_of(os.getpid()).items() if "kempelen.twin" not in command]
 
 
 async def test_an_engine_that_dies_while_it_thinks_is_started_again(tmp_path: Path) -> None:

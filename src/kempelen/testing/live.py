@@ -5,6 +5,8 @@ scenario reads like a script: "when the knight is being carried, pause".
 """
 
 import asyncio
+import os
+import signal
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -20,6 +22,7 @@ from kempelen.core.events import Event
 from kempelen.core.places import Place
 from kempelen.game.arbiter import Arbiter
 from kempelen.game.game_log import san_of
+from kempelen.testing.scenarios import twin_of
 from kempelen.twin.client import TwinControl
 
 CUE_S = 60.0
@@ -156,6 +159,11 @@ class Stage:
     async def fault(self, name: str, **how: object) -> None:
         """Break something at the far end of the wire (`kempelen.twin.faults`)."""
         await self.control.ask("fault", name=name, **how)
+
+    @staticmethod
+    def kill_twin() -> None:
+        """The process at the far end of the wire dies, and its table with it."""
+        os.kill(twin_of(os.getpid()), signal.SIGKILL)
 
     async def wrong(self) -> list[str]:
         """Where table and journal differ once everything has settled."""

@@ -32,6 +32,28 @@ NO_SUCH_LINE = "\x00"
 """A line that is never printed: the program runs to its end."""
 
 
+def children_of(pid: int) -> dict[int, str]:
+    """Command lines of the processes that a process has started and not yet outlived."""
+    found = {}
+    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split():
+        with suppress(OSError):  # it has just ended
+            words = Path(f"/proc/{child}/cmdline").read_bytes().split(b"\0")
+            found[int(child)] = b" ".join(words).decode()
+    return found
+
+
+def twin_of(pid: int) -> int:
+    """The process of a program's twin.
+
+    Raises:
+        LookupError: it runs none.
+    """
+    for child, command in children_of(pid).items():
+        if "kempelen.twin" in command:
+            return child
+    raise LookupError(f"process {pid} runs no twin")
+
+
 class Program:
     """One run of the program. Context manager: killed at the end of the block if it still runs.
 
@@ -90,26 +112,6 @@ class Program:
     def errors(self) -> str:
         """What went to the error output."""
         return self._errors.read_text(encoding="utf-8")
-
-    def children(self) -> list[int]:
-        """Processes that the program has started: the twin, engines."""
-        try:
-            text = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text(encoding="ascii")
-        except OSError:  # it has just ended
-            return []
-        return [int(pid) for pid in text.split()]
-
-    def twin(self) -> int:
-        """The twin's process.
-
-        Raises:
-            LookupError: there is none.
-        """
-        for pid in self.children():
-            with suppress(OSError):
-                if b"kempelen.twin" in Path(f"/proc/{pid}/cmdline").read_bytes():
-                    return pid
-        raise LookupError("the program runs no twin")
 
     def next_line(self, seconds: float = LINE_S) -> str | None:
         """The next line printed; None when the program has closed its output.
@@ -189,7 +191,7 @@ class Kill:
             return False
         time.sleep(self.delay)  # the instant itself, chosen by the seed: nothing is waited for
         if self.twin_too:
-            os.kill(program.twin(), signal.SIGKILL)
+            os.kill(twin_of(program.pid), signal.SIGKILL)
         return program.kill() == -signal.SIGKILL
 
 
