@@ -82,29 +82,32 @@ TwinControlOption = Annotated[
         rich_help_panel=_ROBOT,
     ),
 ]
+_ENGINE_HELP = "Path or name of a UCI engine."
+_LEVEL_HELP = "1 (beginner) to 20, an Elo, maia-1500, or full."
+_MOVE_TIME_HELP = "Seconds for each engine move."
+_AS_BEFORE = "as before"
+
 EngineOption = Annotated[
     str | None,
-    typer.Option(
-        "--engine",
-        help="Path or name of a UCI engine.",
-        show_default="the best at hand",
-        rich_help_panel=_GAME,
-    ),
+    typer.Option("--engine", help=_ENGINE_HELP, show_default="the best at hand", rich_help_panel=_GAME),
 ]
 LevelOption = Annotated[
-    str | None,
-    typer.Option(
-        "--level",
-        help="1 (beginner) to 20, an Elo, maia-1500, or full.",
-        show_default="full",
-        rich_help_panel=_GAME,
-    ),
+    str | None, typer.Option("--level", help=_LEVEL_HELP, show_default="full", rich_help_panel=_GAME)
 ]
 MoveTimeOption = Annotated[
     float | None,
-    typer.Option(
-        "--move-time", help="Seconds for each engine move.", show_default="1.0", rich_help_panel=_GAME
-    ),
+    typer.Option("--move-time", help=_MOVE_TIME_HELP, show_default="1.0", rich_help_panel=_GAME),
+]
+OtherEngineOption = Annotated[
+    str | None,
+    typer.Option("--engine", help=_ENGINE_HELP, show_default=_AS_BEFORE, rich_help_panel=_GAME),
+]
+OtherLevelOption = Annotated[
+    str | None, typer.Option("--level", help=_LEVEL_HELP, show_default=_AS_BEFORE, rich_help_panel=_GAME)
+]
+OtherMoveTimeOption = Annotated[
+    float | None,
+    typer.Option("--move-time", help=_MOVE_TIME_HELP, show_default=_AS_BEFORE, rich_help_panel=_GAME),
 ]
 FenOption = Annotated[
     str | None,

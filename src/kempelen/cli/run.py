@@ -22,7 +22,7 @@ from kempelen.cli.plain import PlainView, typed_lines
 from kempelen.cli.screen import GameScreen
 from kempelen.cli.showing import Showing
 from kempelen.cli.terminal import MIN_COLUMNS, MIN_ROWS, TerminalView, san_moves
-from kempelen.cli.trouble import tell
+from kempelen.cli.trouble import tell, told_of_warnings
 from kempelen.core.errors import KempelenError
 from kempelen.core.events import Event, OperatorAnswered, OperatorAsked
 
@@ -97,7 +97,7 @@ class GameRunner:
             KempelenError: what ended it.
         """
         answers = Answers(self._tell)
-        with self._told_by_signals():
+        with self._told_by_signals(), told_of_warnings(self._tell):
             async with LiveGame(self._config, self._request, answers.ask, self._wish) as game:
                 self.game, self._pgn = game.arbiter.game, str(game.pgn)
                 commander = Commander(game, answers, self._tell, patient=not _keyboard())

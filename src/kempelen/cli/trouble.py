@@ -1,7 +1,10 @@
 """Errors on the screen: what happened, then what to do."""
 
+import logging
 import tempfile
 import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
@@ -23,6 +26,30 @@ def _print(kind: str, message: str, hint: str) -> None:
     console.print(message, markup=False, highlight=False, soft_wrap=True)
     if hint:
         console.print(hint, markup=False, highlight=False, soft_wrap=True, style="yellow")
+
+
+class _Warnings(logging.Handler):
+    """Passes warnings on as sentences, so that they do not tear the picture."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        super().__init__(logging.WARNING)
+        self._say = say
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """One line, with the error behind it."""
+        why = f": {record.exc_info[1]}" if record.exc_info and record.exc_info[1] else "."
+        self._say(f"Warning: {record.getMessage()}{why}")
+
+
+@contextmanager
+def told_of_warnings(say: Callable[[str], None]) -> Iterator[None]:
+    """Whatever is logged as a warning or worse is said."""
+    handler = _Warnings(say)
+    logging.getLogger().addHandler(handler)
+    try:
+        yield
+    finally:
+        logging.getLogger().removeHandler(handler)
 
 
 def tell_fault(error: Exception) -> int:

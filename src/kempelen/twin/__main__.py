@@ -36,7 +36,11 @@ def main() -> int:
         _tell({"error": str(error)})
         return 1
     _tell({"address": loop.address})
-    loop.run()
+    try:
+        loop.run()
+    except KempelenError as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
     return 0
 
 

@@ -96,15 +96,26 @@ def _in_use(path: Path) -> TwinError:
 
 
 def save_state(path: Path, controller: VirtualGrbl, world: World) -> None:
-    """Write atomically."""
+    """Write atomically.
+
+    Raises:
+        TwinError: it cannot be written; nothing is kept then.
+    """
     state = {"version": VERSION, "controller": controller.snapshot(), "world": world.snapshot().decode()}
     temporary = path.with_suffix(".new")
-    with temporary.open("w") as file:
-        json.dump(state, file)
-        file.flush()
-        os.fsync(file.fileno())
-    temporary.replace(path)
-    _sync(path.parent)
+    try:
+        with temporary.open("w") as file:
+            json.dump(state, file)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        _sync(path.parent)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise TwinError(
+            f"The twin's table cannot be kept in {path}: {error.strerror}.",
+            hint="Make room or allow writing; the virtual person sets it up again when the game goes on.",
+        ) from None
 
 
 def forget_state(path: Path) -> None:

@@ -264,9 +264,11 @@ class TwinLoop:
         end = self._controller.time_s + _WIND_DOWN_S
         while not (self._controller.idle() and self._world.settled()) and self._controller.time_s < end:
             self._advance(STEP_S)
-        if self._spec.state:
-            save_state(Path(self._spec.state), self._controller, self._world)
-        self._control.close()
-        self._wire.close()
-        if self._lock is not None:
-            self._lock.release()
+        try:
+            if self._spec.state:
+                save_state(Path(self._spec.state), self._controller, self._world)
+        finally:
+            self._control.close()
+            self._wire.close()
+            if self._lock is not None:
+                self._lock.release()
