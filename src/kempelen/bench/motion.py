@@ -6,7 +6,6 @@ driven, sample by sample, goes through the swept test.
 """
 
 import random
-import re
 import statistics
 import time
 from collections.abc import Sequence
@@ -17,7 +16,7 @@ from typing import Any, NamedTuple
 import chess
 import numpy as np
 
-from kempelen.bench.result import BenchResult, Progress
+from kempelen.bench.result import BenchResult, Progress, short_title
 from kempelen.bench.twin import famous_games
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import PieceShape
@@ -143,7 +142,7 @@ class _Comparison:
     def replay(self, score: GameScore) -> None:
         """All carries of a game by every planner; the times of its moves with the default one."""
         tallies = {name: _Tally() for name in PLANNERS}
-        self._games.append((_short(score), tallies))
+        self._games.append((short_title(score.headers), tallies))
         table, board = self._table, score.start_board()
         layout, gripper = start_layout(table, board), table.gripper
         here = table.park_point(table.centre(table.places[0]))
@@ -191,12 +190,6 @@ class _Comparison:
             outcome = driven(Driven(plan, leg.scene, leg.held))
             for tally in tallies:
                 tally[name].add(plan, *outcome)
-
-
-def _short(score: GameScore) -> str:
-    """``"Kasparov-Topalov"``."""
-    names = (re.split(r"[^\w'-]", score.headers.get(side, "?"))[0] for side in ("White", "Black"))
-    return "-".join(names)
 
 
 def move_steps(

@@ -29,7 +29,7 @@ def special_game(seed: int) -> GameScore:
     for _ in range(_TRIES):
         board, rare = _play(rng)
         if _rich(rare):
-            headers = {"Event": "Special moves", "White": "Random", "Black": "Random", "Round": str(seed)}
+            headers = {"Event": "Special moves", "White": "Special", "Black": str(seed), "Round": str(seed)}
             return GameScore(
                 headers, chess.STARTING_FEN, tuple(board.move_stack), board.result(claim_draw=False)
             )

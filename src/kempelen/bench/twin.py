@@ -16,7 +16,7 @@ from kempelen.app.config import load_config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.measure import Measurements
 from kempelen.app.report import GameReport
-from kempelen.bench.result import BenchResult, Progress
+from kempelen.bench.result import BenchResult, Progress, short_title
 from kempelen.bench.special_games import special_game
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import GameScore, list_games, read_game
@@ -108,7 +108,7 @@ async def _nobody(question: str) -> str:
 def _row(score: GameScore, report: GameReport, taken: Measurements, wall: float) -> dict[str, Any]:
     placement = report.placement
     return {
-        "game": score.title[:44],
+        "game": short_title(score.headers),
         "plies": report.plies,
         "transfers": report.transfers,
         "mean_mm": placement.mean_mm if placement else 0.0,
