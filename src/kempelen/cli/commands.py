@@ -115,9 +115,15 @@ class Commander:
                 task.cancel()
 
     async def _no_more_input(self) -> None:
-        """The moves typed so far are still played; when the next one is wanted, nobody can give it."""
-        await self._wanted()
-        wish = self._answers.question or f"{colour_name(self._game.arbiter.state.board.turn)} is to move."
+        """What was typed so far is still done; when the next move is wanted, nobody can give it."""
+        arbiter = self._game.arbiter
+        while self._tasks and not arbiter.paused:
+            await asyncio.wait(self._tasks, return_when=asyncio.FIRST_COMPLETED)
+        if not arbiter.paused:
+            await self._wanted()
+        turn = colour_name(arbiter.state.board.turn)
+        wish = "the game is paused." if arbiter.paused else f"{turn} is to move."
+        wish = self._answers.question or wish
         raise OperatorNeededError(
             f"Standard input has ended, and only a person can go on: {wish}",
             hint="Resume with the keyboard or more lines as standard input.",

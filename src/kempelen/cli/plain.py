@@ -3,6 +3,7 @@
 import asyncio
 import codecs
 import os
+import select
 import sys
 from collections.abc import AsyncIterator, Callable, Collection
 
@@ -104,6 +105,9 @@ async def _chunks(descriptor: int) -> AsyncIterator[bytes]:
             await ready.wait()
             if polled:
                 ready.clear()
+                # The loop may have told of the same bytes twice: reading again would block everything.
+                if not select.select([descriptor], [], [], 0.0)[0]:
+                    continue
             try:
                 data = os.read(descriptor, _CHUNK)
             except OSError:  # closed, or a terminal that has gone

@@ -146,6 +146,10 @@ class Program:
         """Ctrl-C."""
         self._process.send_signal(signal.SIGINT)
 
+    def kill_twin(self) -> None:
+        """``kill -9`` for its twin."""
+        os.kill(twin_of(self.pid), signal.SIGKILL)
+
     def kill(self) -> int:
         """``kill -9``, if it still runs; its exit code."""
         self._process.kill()
@@ -191,7 +195,7 @@ class Kill:
             return False
         time.sleep(self.delay)  # the instant itself, chosen by the seed: nothing is waited for
         if self.twin_too:
-            os.kill(twin_of(program.pid), signal.SIGKILL)
+            program.kill_twin()
         return program.kill() == -signal.SIGKILL
 
 

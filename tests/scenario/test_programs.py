@@ -1,0 +1,102 @@
+"""The program as it is started from a shell: what it prints, how it ends, and how it goes on."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from kempelen.game.journal import JournalReader
+from kempelen.testing.scenarios import Program
+
+pytestmark = pytest.mark.physics
+
+SPECIAL = Path(__file__).with_name("special.pgn")
+INTERRUPTED = 130
+
+
+def test_moves_typed_into_a_pipe(tmp_path: Path) -> None:
+    """A person at a pipe against the weakest engine, from a position of their own, until they resign."""
+    report = tmp_path / "report.json"
+    fen = "4k3/pppp4/8/8/8/8/4PPPP/4K3 w - - 0 1"
+    with Program(
+        "play", "--fen", fen, "--level", "1", "--move-time", "0.05", "--speed", "max",
+        "--data-dir", str(tmp_path), "--report", str(report), typing=True,
+    ) as program:  # fmt: skip
+        for number, move in enumerate(("e4", "f2f4", "g2-g4"), start=1):
+            program.type(move)
+            assert program.until(f"{number}... "), program.output + program.errors
+            assert program.until("stands on")
+        program.type("h9")
+        program.type("resign")
+        assert program.wait() == 0, program.errors
+    written = json.loads(report.read_text(encoding="utf-8"))
+    assert (written["result"], written["reason"], written["plies"]) == ("0-1", "White resigns", 6)
+    assert written["disagreements"] == []
+    assert "h9" in program.output  # told that it is no move
+    assert "Game over: 0-1, White resigns." in program.output
+
+
+def test_ctrl_c_leaves_the_robot_at_rest_and_says_how_to_resume(tmp_path: Path) -> None:
+    options = ("--data-dir", str(tmp_path), "--speed", "max")
+    with Program("replay", str(SPECIAL), *options) as program:
+        assert program.until("carrying the king to g1")
+        program.interrupt()
+        assert program.wait() == INTERRUPTED
+        assert "kempelen resume 1" in program.output + program.errors
+        assert "Traceback" not in program.errors
+    with Program("games", "--data-dir", str(tmp_path)) as program:
+        assert program.wait() == 0
+        assert "unfinished" in program.output
+    report = tmp_path / "report.json"
+    with Program("resume", *options, "--report", str(report)) as program:
+        assert program.wait() == 0, program.errors
+    written = json.loads(report.read_text(encoding="utf-8"))
+    assert written["disagreements"] == []
+    assert written["interventions"] == 0
+    assert written["standing_max_mm"] <= 2.0
+    with Program("pgn", "1", "--data-dir", str(tmp_path)) as program:
+        assert program.wait() == 0
+        assert "5. d8=Q+ Rxd8 6. Nd4 Rxd4" in program.output.replace("\n", " ")
+
+
+def test_the_end_of_typing_is_no_end_of_the_game(tmp_path: Path) -> None:
+    """When the pipe runs dry and a move is wanted, the program leaves and says how to go on."""
+    options = ("--move-time", "0.05", "--speed", "max", "--data-dir", str(tmp_path))
+    with Program("play", "--level", "1", *options, typing=True) as program:
+        program.type("e4")
+        assert program.wait() not in {0, -9}, program.errors
+        assert "kempelen resume 1" in program.output + program.errors
+    with JournalReader(tmp_path / "journal.sqlite3") as journal:
+        assert journal.state(1).plies == 2
+
+
+def test_a_twin_that_dies_under_a_program_is_told_in_words(tmp_path: Path) -> None:
+    options = ("--data-dir", str(tmp_path), "--speed", "max")
+    with Program("replay", str(SPECIAL), *options) as program:
+        assert program.until("carrying the king to g1")
+        program.kill_twin()
+        assert program.wait() not in {0, -9}
+        assert "Traceback" not in program.errors
+        assert "kempelen resume 1" in program.output + program.errors
+
+
+def test_a_second_program_on_the_same_games_is_refused(tmp_path: Path) -> None:
+    options = ("--data-dir", str(tmp_path), "--speed", "max")
+    with Program("replay", str(SPECIAL), *options) as program:
+        assert program.until("fetching")
+        with Program("resume", "1", *options) as second:
+            assert second.wait() not in {0, -9}
+            assert str(tmp_path) in second.errors.replace("\n", "")
+        assert program.wait() == 0, program.errors
+        assert "Game over" in program.output
+
+
+def test_the_end_of_typing_in_a_pause(tmp_path: Path) -> None:
+    """Nobody can end the pause: the program says so instead of waiting for ever."""
+    options = ("--speed", "max", "--data-dir", str(tmp_path))
+    with Program("replay", str(SPECIAL), *options, typing=True) as program:
+        assert program.until("carrying the king to g1")
+        program.type("pause")
+        assert program.wait() not in {0, -9}, program.errors
+        assert "paused" in program.errors
+        assert "kempelen resume 1" in program.output + program.errors
