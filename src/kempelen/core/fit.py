@@ -20,6 +20,8 @@ from kempelen.core.table import FULL_SET, Table, Tray, WorkSpace
 
 OFF_CENTRE = 3.0
 """How far from the middle of its place a piece may stand, mm."""
+DRIVING = 0.45
+"""How far the fingers may be from where they are wanted, mm: servo lag, rounding of corners and alignment."""
 
 CARRY_CLEARANCE = 10.0
 """Least gap between a carried piece and the tallest one below it, mm; the planner's own default."""
@@ -231,7 +233,7 @@ def _opening(table: Table) -> Iterator[Finding]:
     """Every head passes between the open pads."""
     for kind in KINDS:
         shape = table.pieces[kind]
-        needed = max(shape.head_diameter, shape.grip_diameter) + 2 * OFF_CENTRE
+        needed = max(shape.head_diameter, shape.grip_diameter) + 2 * (OFF_CENTRE + DRIVING)
         if needed - table.gripper.opening > _EPSILON:
             yield Finding(
                 f"Gripper open by {table.gripper.opening:.1f} mm: a {kind_name(kind)} up to "
@@ -244,13 +246,14 @@ def _opening(table: Table) -> Iterator[Finding]:
 def _fingers(table: Table) -> Iterator[Finding]:
     """Open fingers around one place stay clear of pieces on all others."""
     gap, centre, other = _worst_pair(table, _finger_gaps(table))
-    missing = _footprint(table) - gap
+    needed = _footprint(table) + DRIVING
+    missing = needed - gap
     if missing > _EPSILON:
         to = table.centre(other) - table.centre(centre)
         axis = abs(degrees(table.gripper.closing_axis - atan2(to[1], to[0]))) % 180
         yield Finding(
             f"Fingers: gripping on {centre}, an open finger passes {gap:.1f} mm from the middle of {other}, "
-            f"whose piece needs {_footprint(table):.1f} mm; the fingers close at "
+            f"whose piece needs {needed:.1f} mm; the fingers close at "
             f"{min(axis, 180 - axis):.0f}° to that line",
             missing,
             f"Open the gripper {missing:.1f} mm less at each side, use thinner fingers, larger squares or "
