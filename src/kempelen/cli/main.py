@@ -4,7 +4,6 @@ The modules imported here hold options and help texts only; what a command needs
 that `--help` and `--version` are there at once.
 """
 
-import os
 import sys
 from typing import Annotated
 
@@ -18,8 +17,6 @@ from kempelen.cli.doctor import config, doctor
 from kempelen.cli.jog import jog
 from kempelen.cli.twin import twin
 from kempelen.core.errors import KempelenError
-
-_OUTPUT_CLOSED = 141  # what a shell reports of a program that SIGPIPE ended
 
 app = typer.Typer(
     name="kempelen",
@@ -74,9 +71,6 @@ def main() -> None:
         sys.exit(error.exit_code)
     except typer.Abort:
         sys.exit(130)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # its last flush must not fail again
-        sys.exit(_OUTPUT_CLOSED)
     except Exception as error:  # noqa: BLE001 - the last net: nobody should have to read a traceback
         from kempelen.cli.trouble import tell_fault
 

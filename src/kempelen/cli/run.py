@@ -2,6 +2,8 @@
 
 import asyncio
 import contextlib
+import errno
+import os
 import signal
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -32,6 +34,14 @@ _SIGNALS = (signal.SIGTERM, signal.SIGHUP)  # SIGINT is asyncio's own
 View = PlainView | TerminalView
 
 
+class _Output(Console):
+    """Standard output; when its reader has gone, the game must come to rest before the program ends."""
+
+    def on_broken_pipe(self) -> None:
+        """Instead of ending the program on the spot."""
+        raise BrokenPipeError(errno.EPIPE, "nobody reads standard output any more")
+
+
 def run_game(
     config: Config, request: GameRequest | int, showing: Showing, wish: EngineWish | None = None
 ) -> None:
@@ -51,6 +61,9 @@ def run_game(
         code = INTERRUPTED
     except asyncio.CancelledError:
         code = 128 + runner.signal
+    except BrokenPipeError:
+        code = 128 + signal.SIGPIPE
+        runner.lose_output()
     except KempelenError as error:
         if not runner.game:
             raise
@@ -75,7 +88,7 @@ class GameRunner:
         self._wish = wish
         self._request = request
         self._showing = showing
-        self._console = Console()
+        self._console: Console = _Output()
         self._say: Callable[[str], None] = self._print
         self._report: GameReport | None = None
         self._pgn = ""
@@ -178,6 +191,11 @@ class GameRunner:
                 for task in (playing, obeying, showing):
                     task.cancel()
                 await asyncio.gather(playing, obeying, showing, return_exceptions=True)
+
+    def lose_output(self) -> None:
+        """Nobody reads standard output any more: the end is told to standard error."""
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # its last flush must not fail again
+        self._console = Console(stderr=True)
 
     def tell_end(self) -> None:
         """The result, or how to go on; the report's file last, so that nothing else is lost with it."""
