@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kempelen.testing.scenarios import Kill, KilledGame, play_killed, seeded_kills
+from kempelen.testing.scenarios import Kill, KilledGame, Program, play_killed, seeded_kills
 
 SPECIAL = Path(__file__).with_name("special.pgn")
 FINAL_FEN = "6k1/5ppp/8/8/2nr4/8/P4PPP/R4RK1 w - - 0 7"
@@ -21,9 +21,9 @@ def assert_agrees(game: KilledGame, interventions: int = 0, standing_mm: float =
     assert game.state.ended is not None
     assert game.state.board.fen() == FINAL_FEN
     assert game.state.helps == interventions
+    assert game.wrong == []
     if game.report:  # the last program, too, may be killed when the game is over
         placement = game.report["placement"]
-        assert game.report["disagreements"] == []
         assert game.report["interventions"] == interventions
         assert game.report["final_fen"] == FINAL_FEN
         assert game.report["standing_max_mm"] <= standing_mm
@@ -82,3 +82,12 @@ def test_killed_with_its_twin_before_any_piece_was_touched(tmp_path: Path) -> No
     """Laying the table a second time for a game that has not begun is no help to anybody."""
     game = play_killed(tmp_path, REPLAY, iter([Kill("Game 1", 1, 0.0, twin_too=True)]), *FAST)
     assert_agrees(game)
+
+
+def test_killed_when_the_game_is_over_but_not_put_away(tmp_path: Path) -> None:
+    """The table is as the journal says although no report was written; there is nothing to go on with."""
+    game = play_killed(tmp_path, REPLAY, iter([Kill("Game over", 1, 0.0)]), *FAST)
+    assert_agrees(game)
+    with Program("resume", "1", "--data-dir", str(tmp_path)) as program:
+        assert program.wait() not in {0, -9}
+        assert "Game 1 is over" in program.errors

@@ -17,7 +17,7 @@ from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot
 from kempelen.core.table import Table
 from kempelen.twin.client import TwinControl, TwinProcess
-from kempelen.twin.spec import TwinSpec
+from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
 
 ROBOTS = "kempelen.robots"
 
@@ -126,7 +126,7 @@ class TableSession:
                 f"The control socket {self._config.twin.control} is that of a twin started separately.",
                 hint="Name its port too: --port PORT --twin-control SOCKET",
             )
-        folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="kempelen-"))
+        folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix=CONTROL_FOLDER))
         self._state.parent.mkdir(parents=True, exist_ok=True)
         # The world is as configured; what a calibration says about it may be wrong, and must then show.
         spec = TwinSpec.of(

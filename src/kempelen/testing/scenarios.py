@@ -4,6 +4,7 @@ A `Program` is one run of ``python -m kempelen``. A `Kill` says at which instant
 them out, and `play_killed` plays one game through any number of deaths and resumes.
 """
 
+import asyncio
 import json
 import os
 import queue
@@ -21,9 +22,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from kempelen.app.audit import disagreements
+from kempelen.app.paths import twin_state_path
 from kempelen.core.errors import JournalError
+from kempelen.core.table import Table
 from kempelen.game.journal import JournalReader
 from kempelen.game.state import GameState
+from kempelen.twin.client import TwinProcess
+from kempelen.twin.keeping import StateLock
+from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
 
 LINE_S = 90.0
 """Longest wait for a line of output: an idle machine needs about three."""
@@ -227,6 +234,7 @@ class KilledGame:
 
     Attributes:
         report: As the last program wrote it; empty when even that one was killed, after the game's end.
+        wrong: Where the twin's table and the journal differ in the end.
         state: As the journal has it.
         kills: Deaths in all.
         held: Deaths with a piece in the gripper, as the journal has it.
@@ -237,6 +245,7 @@ class KilledGame:
     state: GameState | None = None
     kills: int = 0
     held: int = 0
+    wrong: list[str] = field(default_factory=list)
     output: list[str] = field(default_factory=list)
 
 
@@ -271,7 +280,23 @@ def play_killed(
         else:
             assert code == 0, f"exit code {code} after {result.kills} kills:\n{result.output[-1]}"
             result.report = json.loads(report.read_text(encoding="utf-8"))
+    result.wrong = result.report["disagreements"] if result.report else asyncio.run(_look(data, result.state))
     return result
+
+
+async def _look(data: Path, state: GameState) -> list[str]:
+    """At the table that a killed program has left; nothing is wrong with one that was cleared away."""
+    kept = twin_state_path(data, 1)
+    await StateLock.released(kept)
+    if not kept.exists():
+        return []
+    table, layout = Table(), state.layout
+    with tempfile.TemporaryDirectory(prefix=CONTROL_FOLDER) as folder:
+        control = Path(folder) / "control"
+        async with TwinProcess(
+            TwinSpec.of(table, layout, control=control, state=str(kept), resume=True, speed=0)
+        ) as twin:
+            return disagreements(table, layout, await twin.control.ask("settle"))
 
 
 def _holding(state: GameState | None) -> bool:

@@ -4,10 +4,11 @@ import json
 import os
 import sys
 from contextlib import suppress
+from pathlib import Path
 
 from kempelen.core.errors import KempelenError
 from kempelen.twin.loop import TwinLoop
-from kempelen.twin.spec import TwinSpec
+from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
 
 
 def _first_line() -> bytes:
@@ -24,6 +25,13 @@ def _tell(answer: dict[str, str]) -> None:
         os.write(sys.stdout.fileno(), json.dumps(answer).encode() + b"\n")
 
 
+def _tidy(folder: Path) -> None:
+    """What a parent has made for the socket alone, it cannot remove when it was killed."""
+    if folder.name.startswith(CONTROL_FOLDER):
+        with suppress(OSError):
+            folder.rmdir()
+
+
 def main() -> int:
     """Read the spec, say where the wire is, run."""
     line = _first_line()
@@ -31,8 +39,19 @@ def main() -> int:
         return 1  # the parent died before it had said what it wanted
     try:
         spec = TwinSpec.model_validate_json(line)
+    except ValueError as error:
+        _tell({"error": str(error)})
+        return 1
+    try:
+        return _run(spec)
+    finally:
+        _tidy(Path(spec.control).parent)
+
+
+def _run(spec: TwinSpec) -> int:
+    try:
         loop = TwinLoop(spec, alive=sys.stdin.fileno())
-    except (KempelenError, ValueError) as error:
+    except KempelenError as error:
         _tell({"error": str(error)})
         return 1
     _tell({"address": loop.address})

@@ -12,6 +12,9 @@ from kempelen.core.pieces import PieceSet
 from kempelen.core.places import Layout, Place
 from kempelen.core.table import Gripper, Table, Tray, WorkSpace
 
+CONTROL_FOLDER = "kempelen-twin-"
+"""Prefix of a folder for a control socket alone; the twin removes it in the end: a dead parent cannot."""
+
 
 class TwinSpec(BaseModel):
     """Everything that a twin process needs, as it crosses the process boundary (JSON).
