@@ -1,6 +1,7 @@
 """The program as it is started from a shell: what it prints, how it ends, and how it goes on."""
 
 import json
+import signal
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,6 @@ from kempelen.testing.scenarios import Program
 pytestmark = pytest.mark.physics
 
 SPECIAL = Path(__file__).with_name("special.pgn")
-INTERRUPTED = 130
 
 
 def test_moves_typed_into_a_pipe(tmp_path: Path) -> None:
@@ -36,17 +36,18 @@ def test_moves_typed_into_a_pipe(tmp_path: Path) -> None:
     assert "Game over: 0-1, White resigns." in program.output
 
 
-def test_ctrl_c_leaves_the_robot_at_rest_and_says_how_to_resume(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_leaves_the_robot_at_rest_and_says_how_to_resume(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    """Ctrl-C, a polite kill and a closed terminal, with a piece in the gripper."""
     options = ("--data-dir", str(tmp_path), "--speed", "max")
     with Program("replay", str(SPECIAL), *options) as program:
         assert program.until("carrying the king to g1")
-        program.interrupt()
-        assert program.wait() == INTERRUPTED
+        program.send(number)
+        assert program.wait() == 128 + number
         assert "kempelen resume 1" in program.output + program.errors
         assert "Traceback" not in program.errors
-    with Program("games", "--data-dir", str(tmp_path)) as program:
-        assert program.wait() == 0
-        assert "unfinished" in program.output
     report = tmp_path / "report.json"
     with Program("resume", *options, "--report", str(report)) as program:
         assert program.wait() == 0, program.errors
@@ -54,9 +55,6 @@ def test_ctrl_c_leaves_the_robot_at_rest_and_says_how_to_resume(tmp_path: Path) 
     assert written["disagreements"] == []
     assert written["interventions"] == 0
     assert written["standing_max_mm"] <= 2.0
-    with Program("pgn", "1", "--data-dir", str(tmp_path)) as program:
-        assert program.wait() == 0
-        assert "5. d8=Q+ Rxd8 6. Nd4 Rxd4" in program.output.replace("\n", " ")
 
 
 def test_the_end_of_typing_is_no_end_of_the_game(tmp_path: Path) -> None:
@@ -81,7 +79,12 @@ def test_a_twin_that_dies_under_a_program_is_told_in_words(tmp_path: Path) -> No
 
 
 def test_a_second_program_on_the_same_games_is_refused(tmp_path: Path) -> None:
-    options = ("--data-dir", str(tmp_path), "--speed", "max")
+    options = (
+        "--data-dir",
+        str(tmp_path),
+        "--speed",
+        "10",
+    )  # still at work when the second comes
     with Program("replay", str(SPECIAL), *options) as program:
         assert program.until("fetching")
         with Program("resume", "1", *options) as second:
@@ -100,3 +103,21 @@ def test_the_end_of_typing_in_a_pause(tmp_path: Path) -> None:
         assert program.wait() not in {0, -9}, program.errors
         assert "paused" in program.errors
         assert "kempelen resume 1" in program.output + program.errors
+
+
+def test_what_the_journal_holds_is_listed_exported_and_gone_on_with(tmp_path: Path) -> None:
+    data = ("--data-dir", str(tmp_path))
+    with Program("replay", str(SPECIAL), *data, "--speed", "max") as program:
+        assert program.until("carrying the king to g1")
+        program.kill()
+    with Program("games", *data) as program:
+        assert program.wait() == 0
+        assert "unfinished" in program.output
+    with Program("resume", *data, "--speed", "max") as program:
+        assert program.wait() == 0, program.errors
+    with Program("pgn", "1", *data) as program:
+        assert program.wait() == 0
+        assert "5. d8=Q+ Rxd8 6. Nd4 Rxd4" in program.output.replace("\n", " ")
+    with Program("resume", *data) as program:
+        assert program.wait() not in {0, -9}
+        assert "no unfinished game" in program.errors
