@@ -1,5 +1,6 @@
 """``kill -9`` at any instant, resumed each time: board, journal and game agree in the end."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -91,3 +92,24 @@ def test_killed_when_the_game_is_over_but_not_put_away(tmp_path: Path) -> None:
     with Program("resume", "1", "--data-dir", str(tmp_path)) as program:
         assert program.wait() not in {0, -9}
         assert "Game 1 is over" in program.errors
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.03, 0.1])
+def test_killed_while_a_person_makes_a_move_by_hand(tmp_path: Path, delay: float) -> None:
+    """A capture of two steps; the person finishes what was begun, and does nothing twice."""
+    report = tmp_path / "report.json"
+    options = ("--data-dir", str(tmp_path), *FAST, "--report", str(report))
+    fen = "4k3/8/8/3p4/4P3/8/8/4K3 w - - 0 1"
+    begin = ("play", "--hands", "person", "--fen", fen, "--level", "1", "--move-time", "0.05")
+    with Program(*begin, *options, typing=True) as program:
+        program.type("exd5")
+        assert Kill("exd5 by hand", 1, delay).strike(program)
+    with Program("resume", "1", *options, typing=True) as program:
+        assert program.until("Your move, White."), program.errors
+        program.type("resign")
+        assert program.wait() == 0, program.errors
+    written = json.loads(report.read_text(encoding="utf-8"))
+    assert written["final_fen"].split()[0].count("P") == 1
+    assert written["plies"] == 2
+    assert written["disagreements"] == []
+    assert written["interventions"] == 0

@@ -15,7 +15,7 @@ import pytest
 
 from kempelen.app.cast import GameRequest
 from kempelen.app.report import GameReport
-from kempelen.core.events import Event, TurnBegan
+from kempelen.core.events import EngineThinking, Event
 from kempelen.core.protocols import RobotPhase
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import GameScore, read_game
@@ -248,12 +248,12 @@ def engines() -> list[int]:
 
 
 async def test_an_engine_that_dies_while_it_thinks_is_started_again(tmp_path: Path) -> None:
-    async with Stage(tmp_path, GameRequest(Mode.PLAY), engine__move_time=3.0) as stage:
+    async with Stage(tmp_path, GameRequest(Mode.PLAY), engine__move_time=1.5) as stage:
         (before,) = engines()
         thinking = asyncio.Event()
 
         def hear(event: Event) -> None:
-            if isinstance(event, TurnBegan) and event.colour == chess.BLACK:
+            if isinstance(event, EngineThinking):
                 thinking.set()
 
         stage.arbiter.events.listen(hear)

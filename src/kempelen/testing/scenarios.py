@@ -149,9 +149,9 @@ class Program:
         self._process.stdin.write(line + "\n")
         self._process.stdin.flush()
 
-    def interrupt(self) -> None:
-        """Ctrl-C."""
-        self._process.send_signal(signal.SIGINT)
+    def send(self, number: signal.Signals) -> None:
+        """A signal, as Ctrl-C (SIGINT), ``kill`` (SIGTERM) or a closed terminal (SIGHUP) send one."""
+        self._process.send_signal(number)
 
     def kill_twin(self) -> None:
         """``kill -9`` for its twin."""
