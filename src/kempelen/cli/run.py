@@ -95,8 +95,13 @@ class GameRunner:
         self.game = 0
         self.signal = 0
 
-    def _print(self, text: str) -> None:
-        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+    def _print(self, text: str | Table) -> None:
+        """To standard output, unless its terminal has gone."""
+        try:
+            self._console.print(text, markup=False, highlight=False, soft_wrap=isinstance(text, str))
+        except OSError as error:
+            if error.errno != errno.EIO:
+                raise
 
     def _tell(self, text: str) -> None:
         """To whichever view is on."""
@@ -207,7 +212,7 @@ class GameRunner:
                 f"Go on with it: kempelen resume {self.game}"
             )
         else:
-            self._console.print(summary(self._report))
+            self._print(summary(self._report))
             self._print(f"Final position: {self._report.final_fen}")
             self._print(f"PGN: {self._pgn}")
             self._print("Look at all games: kempelen games    Play another one: kempelen play")

@@ -101,6 +101,14 @@ class TerminalView:
         def _leave(_event: KeyPressEvent) -> None:
             self._lines.put_nowait(LEAVE)
 
+        @keys.add("tab")
+        def _complete(event: KeyPressEvent) -> None:
+            buffer = event.current_buffer
+            if buffer.complete_state:
+                buffer.complete_next()
+            else:
+                buffer.start_completion(select_first=True)
+
         return keys
 
     def _accept(self, buffer: Buffer) -> bool:
@@ -147,10 +155,20 @@ class TerminalView:
     @asynccontextmanager
     async def live(self) -> AsyncIterator[None]:
         """The picture is on the screen inside of this, and the terminal as before after it."""
-        task = asyncio.create_task(self._application.run_async(handle_sigint=False))
+        started = asyncio.Event()
+        task = asyncio.create_task(self._application.run_async(pre_run=started.set, handle_sigint=False))
+        task.add_done_callback(lambda _: self._ended(started))
         try:
+            await started.wait()
             yield
         finally:
             if self._application.is_running:
                 self._application.exit()
-            await task
+            else:
+                task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    def _ended(self, started: asyncio.Event) -> None:
+        """The picture has ended; where nobody ended it, the terminal has gone, and the person with it."""
+        started.set()
+        self._lines.put_nowait(LEAVE)
