@@ -22,6 +22,9 @@ HELP = (
     "speed N|max (twin). stop is the emergency stop. quit or Ctrl-C leaves; the game is kept."
 )
 
+_LEAVING = frozenset({"quit", "exit"})
+_AT_ONCE = frozenset({"pause", "resume", "finish", "mode", "speed", "stop", "help"})
+
 
 class LeaveError(Exception):
     """The person wants to leave; the game stays resumable."""
@@ -34,8 +37,8 @@ class Commander:
         game: The running game.
         answers: Questions that wait for a line.
         say: Shows a sentence.
-        patient: Whether moves and answers wait until they are wanted, as a script's must; a person at a
-            keyboard is told at once that it is the other side's turn.
+        patient: Whether moves, answers and what is said between moves wait until the person is asked, as
+            in a script they must; a person at a keyboard is told at once that it is not its turn.
     """
 
     def __init__(
@@ -77,9 +80,9 @@ class Commander:
             return "A draw is offered. Agree (y/n)? "
         if arbiter.state.ended is not None:
             return ""
-        paused = "Paused (resume, finish). " if arbiter.paused else ""
+        paused = "Paused (resume, finish)" if arbiter.paused else ""
         if person.to_move:
-            return f"{paused}Your move, {colour_name(arbiter.state.board.turn)}: "
+            return f"{paused and f'{paused}. '}Your move, {colour_name(arbiter.state.board.turn)}: "
         return f"{paused or '(help, pause, quit)'} > "
 
     def _colour(self) -> chess.Color:
@@ -102,12 +105,12 @@ class Commander:
         """
         try:
             async for line in lines:
-                if line.lower() in {"quit", "exit"}:
-                    raise LeaveError
                 if line == END_OF_INPUT:
                     await self._no_more_input()
-                if self._patient and not self._is_order(line):
+                if self._patient and not self._is_at_once(line):
                     await self._wanted()
+                if line.lower() in _LEAVING:
+                    raise LeaveError
                 if line or self._answers.waiting:
                     self._take(line)
         finally:
@@ -139,8 +142,11 @@ class Commander:
             for wait in waits:
                 wait.cancel()
 
-    def _is_order(self, line: str) -> bool:
-        return bool(line) and line.split(maxsplit=1)[0].lower() in self._orders
+    def _is_at_once(self, line: str) -> bool:
+        word = line.lower().partition(" ")[0]
+        if not self._game.arbiter.pairing.people and (word in self._orders or word in _LEAVING):
+            return True
+        return word in _AT_ONCE
 
     def _take(self, line: str) -> None:
         if self._answers.waiting:
