@@ -17,9 +17,9 @@ def colour_name(colour: chess.Color) -> str:
     return "White" if colour else "Black"
 
 
-def move_number(ply: int, colour: chess.Color) -> str:
-    """``12.`` or ``12...`` for a half-move counted from 1."""
-    return f"{(ply + 1) // 2}{'.' if colour else '...'}"
+def move_number(event: events.MoveProposed) -> str:
+    """``12.`` or ``12...``, as on the score sheet; counted from half-moves where it is not known."""
+    return f"{event.number or (event.ply + 1) // 2}{'.' if event.colour else '...'}"
 
 
 def thinking_text(thinking: Thinking, board: chess.Board) -> str:
@@ -56,7 +56,8 @@ def _started(event: events.GameStarted) -> str:
 
 def _proposed(event: events.MoveProposed) -> str:
     hand = " by hand" if event.by_hand else ""
-    return f"{move_number(event.ply, event.colour)} {event.san}{hand}"
+    back = "Taking back " if event.takeback else ""
+    return f"{back}{move_number(event)} {event.san}{hand}"
 
 
 def _checkpoint(event: events.CheckpointReached) -> str:

@@ -142,7 +142,7 @@ class GameScreen:
 
     def _propose(self, event: events.MoveProposed) -> None:
         back = "taking back " if event.ply <= len(self.game.board.move_stack) else ""
-        self._move = f"{back}{move_number(event.ply, event.colour)} {event.san}"
+        self._move = f"{back}{move_number(event)} {event.san}"
         self.doing, self.messages = "made by hand" if event.by_hand else "on its way", []
         move = chess.Move.from_uci(event.uci)
         self._marked = (move.from_square, move.to_square)

@@ -51,7 +51,12 @@ class EngineThinking:
 
 @dataclass(frozen=True, slots=True)
 class MoveProposed:
-    """A legal move was chosen; the robot or a hand makes it now."""
+    """A legal move was chosen; the robot or a hand makes it now, or undoes it.
+
+    Attributes:
+        number: Of the full move, as on the score sheet; 0 where it is not known.
+        takeback: Whether the move is being undone.
+    """
 
     ply: int
     colour: chess.Color
@@ -59,6 +64,8 @@ class MoveProposed:
     uci: str
     transfers: tuple[Transfer, ...]
     by_hand: bool = False
+    number: int = 0
+    takeback: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,7 +93,14 @@ class Mover:
         san = board.san(board.parse_uci(intent.uci))
         self._bus.emit(
             events.MoveProposed(
-                intent.ply, board.turn, san, intent.uci, intent.transfers, by_hand=intent.by_hand
+                intent.ply,
+                board.turn,
+                san,
+                intent.uci,
+                intent.transfers,
+                by_hand=intent.by_hand,
+                number=board.fullmove_number,
+                takeback=intent.purpose is Purpose.TAKEBACK,
             )
         )
         await self._carry_all(intent)
