@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from contextlib import AsyncExitStack
 from dataclasses import replace
+from itertools import takewhile
 from typing import Self
 
 import chess
@@ -16,7 +17,7 @@ from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
 from kempelen.app.report import GameReport
 from kempelen.app.speed import parse_speed
 from kempelen.app.table_session import TableSession, calibrated_table, digest, twin_speed
-from kempelen.core.errors import ConfigError
+from kempelen.core.errors import ConfigError, GameError
 from kempelen.core.events import GameOver
 from kempelen.core.places import Layout
 from kempelen.core.protocols import RobotPhase, RobotState
@@ -27,7 +28,8 @@ from kempelen.game.game_log import PgnKeeper
 from kempelen.game.journal import GameLog, Journal
 from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.opening import new_game
-from kempelen.game.records import HandEmpty, Helped
+from kempelen.game.pgn import GameScore
+from kempelen.game.records import HandEmpty, Helped, Purpose
 from kempelen.twin.keeping import StateLock
 
 
@@ -196,12 +198,40 @@ class LiveGame:
         """Other players take over; everything played so far is kept.
 
         A replay for which no score is named is that of the score that the game began with.
+
+        Raises:
+            GameError: the game so far is not that of the score.
+            KempelenError: as `Cast.pairing`.
         """
-        if request.mode is Mode.REPLAY and request.score is None:
-            begun = self.arbiter.state.begun
-            score = score_of(begun.pairing.white)
-            request = replace(request, score=score and replace(score, headers=begun.headers))
+        if request.mode is Mode.REPLAY:
+            request = replace(request, score=request.score or self._first_score())
+            if request.score is not None:
+                self._must_follow(request.score)
         await self.arbiter.swap_mode(self._measured(await self.cast.pairing(request)))
+
+    def _first_score(self) -> GameScore | None:
+        begun = self.arbiter.state.begun
+        score = score_of(begun.pairing.white)
+        return score and replace(score, headers=begun.headers)
+
+    def _must_follow(self, score: GameScore) -> None:
+        """Refuse a score that has no next move for the game, the move in hand included."""
+        state = self.arbiter.state
+        played = list(state.board.move_stack)
+        if state.pending is not None and state.pending.intent.purpose is Purpose.MOVE:
+            played.append(chess.Move.from_uci(state.pending.intent.uci))
+        same = sum(
+            1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(played, score.moves, strict=False))
+        )
+        if score.start_fen != state.begun.start_fen:
+            raise GameError(
+                "The score begins from another position.", hint="Begin a new game: kempelen replay"
+            )
+        if same < len(played):
+            raise GameError(
+                f"The game has left the score after {same} half-moves; {len(played)} have been played.",
+                hint=f"Take back to where they part: takeback {len(played) - same}",
+            )
 
     async def set_speed(self, text: str) -> None:
         """Another pace for the twin.

@@ -131,8 +131,13 @@ class Measurements:
             robot_time_over_bound=round(self.over_bound, 4),
             game=arbiter.game,
             standing_max_mm=self._standing(state) if at_end else None,
-            disagreements=disagreements(self._table, state.layout, self._truth) if at_end else [],
+            disagreements=self._wrong(state, at_end=at_end),
         )
+
+    def _wrong(self, state: GameState, *, at_end: bool) -> list[str]:
+        """What was put down wrongly in any move, then what stands wrongly at the end."""
+        lost = list(self._audit.lost) if self._audit else []
+        return lost + (disagreements(self._table, state.layout, self._truth) if at_end else [])
 
     def _standing(self, state: GameState) -> float:
         return round(standing_error(self._table, state.begun.layout, state.layout, self._truth), 4)

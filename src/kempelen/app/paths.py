@@ -2,15 +2,7 @@
 
 from pathlib import Path
 
-from platformdirs import user_data_path
-
-from kempelen.app.config import PROGRAM
 from kempelen.game.journal import FILE_NAME
-
-
-def data_dir(named: Path | None) -> Path:
-    """The directory named by the user, or the system's usual place."""
-    return named.expanduser() if named else user_data_path(PROGRAM)
 
 
 def journal_path(directory: Path) -> Path:

@@ -26,7 +26,7 @@ class GameReport:
             measured.
         standing_max_mm: At the end, the worst distance from its place's centre of any piece that the game has
             moved, whichever run of the program moved it; None on real hardware.
-        disagreements: Places where the physical table and the journal differ at the end (twin only).
+        disagreements: Places that did not hold what the journal says, after a move or at the end (twin only).
         error: What interrupted the game, if it was a fault.
     """
 

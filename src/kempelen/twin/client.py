@@ -63,17 +63,24 @@ class TwinControl:
             async with self._lock, asyncio.timeout(_ANSWER_S):
                 self._writer.write(request)
                 await self._writer.drain()
-                line = await self._reader.readline()
+                reply = await self._reply(number)
         except (TimeoutError, OSError) as error:
             raise TwinError(
                 f"The twin gave no answer to '{op}': {error!r}.", hint="Start it again."
             ) from None
-        if not line:
+        if reply is None:
             raise TwinError(f"The twin ended before it answered '{op}'.", hint="Start it again.")
-        reply: dict[str, Any] = json.loads(line)
         if not reply["ok"]:
             raise TwinError(f"The twin refused '{op}': {reply['error']}.", hint="Check the request.")
         return reply
+
+    async def _reply(self, number: int) -> dict[str, Any] | None:
+        """The answer to a request; answers to those that were cancelled before it are passed over."""
+        while line := await self._reader.readline():
+            reply: dict[str, Any] = json.loads(line)
+            if reply["id"] == number:
+                return reply
+        return None
 
 
 class TwinProcess:
