@@ -17,12 +17,16 @@ class Door:
 
     def __init__(self) -> None:
         self.came: asyncio.Queue[int] = asyncio.Queue()
+        self.over = asyncio.Event()
         self._writer: asyncio.StreamWriter | None = None
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._writer = writer
         while line := await reader.readline():
             self.came.put_nowait(json.loads(line)["id"])
+        writer.close()
+        await writer.wait_closed()
+        self.over.set()
 
     def answer(self, number: int, *, ok: bool = True, **more: object) -> None:
         assert self._writer is not None
@@ -38,6 +42,7 @@ async def door(tmp_path: Path) -> AsyncIterator[Door]:
     far = Door()
     server = await asyncio.start_unix_server(far.serve, tmp_path / "door")
     yield far
+    await far.over.wait()
     server.close()
     await server.wait_closed()
 
