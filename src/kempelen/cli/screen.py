@@ -90,6 +90,10 @@ class GameScreen:
         """A line for the person."""
         self.messages = [*self.messages, text][-MESSAGE_ROWS:]
 
+    def hush(self) -> None:
+        """What was said has been read."""
+        self.messages = []
+
     def note(self, event: events.Event) -> None:
         """Take in what happened."""
         takers: dict[type, Callable[[Any], None]] = {
@@ -143,7 +147,7 @@ class GameScreen:
     def _propose(self, event: events.MoveProposed) -> None:
         back = "taking back " if event.ply <= len(self.game.board.move_stack) else ""
         self._move = f"{back}{move_number(event)} {event.san}"
-        self.doing, self.messages = "made by hand" if event.by_hand else "on its way", []
+        self.doing = "made by hand" if event.by_hand else "on its way"
         move = chess.Move.from_uci(event.uci)
         self._marked = (move.from_square, move.to_square)
 

@@ -112,6 +112,7 @@ class TerminalView:
         return keys
 
     def _accept(self, buffer: Buffer) -> bool:
+        self.screen.hush()
         self._lines.put_nowait(buffer.text.strip())
         return False
 
