@@ -115,6 +115,8 @@ class GameRunner:
             KempelenError: what ended it.
         """
         answers = Answers(self._tell)
+        if self._has_picture():
+            self._print("Setting up engine, table and robot …")
         with self._told_by_signals(), told_of_warnings(self._tell):
             async with LiveGame(self._config, self._request, answers.ask, self._wish) as game:
                 self.game, self._pgn = game.arbiter.game, str(game.pgn)
@@ -243,8 +245,7 @@ def summary(report: GameReport) -> Table:
     """The report for people."""
     table = Table(title=f"Game {report.game}: {report.result}, {report.reason}", show_header=False)
     table.add_row("half-moves, transfers", f"{report.plies}, {report.transfers}")
-    if report.placement is not None:
-        p = report.placement
+    if (p := report.placement) is not None and p.n:
         table.add_row(
             "placement error",
             f"mean {p.mean_mm:.2f}, 95 % {p.p95_mm:.2f}, worst {p.max_mm:.2f} mm (n = {p.n})",
