@@ -121,3 +121,17 @@ def test_what_the_journal_holds_is_listed_exported_and_gone_on_with(tmp_path: Pa
     with Program("resume", *data) as program:
         assert program.wait() not in {0, -9}
         assert "no unfinished game" in program.errors
+
+
+def test_a_wrong_calibration_shows_on_the_board(tmp_path: Path) -> None:
+    """The twin's board stands where it stands: a calibration that is 1 mm off puts every piece 1 mm off."""
+    corners = ("--corner", "a1=151,25,0", "--corner", "h1=551,25,0", "--corner", "h8=551,425,0")
+    with Program("calibrate", *corners, "--data-dir", str(tmp_path)) as program:
+        assert program.wait() == 0, program.errors
+    report = tmp_path / "report.json"
+    options = ("--speed", "max", "--data-dir", str(tmp_path), "--report", str(report))
+    with Program("replay", str(SPECIAL), *options) as program:
+        assert program.wait() == 0, program.errors
+    written = json.loads(report.read_text(encoding="utf-8"))
+    assert written["placement"]["mean_mm"] == pytest.approx(1.0, abs=0.15)
+    assert written["disagreements"] == []

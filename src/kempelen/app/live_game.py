@@ -124,8 +124,10 @@ class LiveGame:
         take_over: TakeOver | None,
         options: ArbiterOptions,
     ) -> None:
-        self.measurements = Measurements(table, self.session.control)
-        person = self._person(table, lambda: log.state.layout)
+        # Ground truth and person know the true table: a calibration may be wrong, and must then show.
+        true_table = self._config.build_table() if self.session.control is not None else table
+        self.measurements = Measurements(true_table, self.session.control)
+        person = self._person(true_table, lambda: log.state.layout)
         self.arbiter = Arbiter(
             log, self.session.hand, self._measured(pairing), table,
             person=Helpful(person, log.write), options=options,
