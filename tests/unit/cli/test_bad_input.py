@@ -399,6 +399,22 @@ def test_nobody_reads_the_output_any_more(tmp_path: Path) -> None:
 
 
 @pytest.mark.physics
+def test_a_disk_that_fills_up_in_mid_game_loses_nothing(kempelen: Any, data: Path) -> None:
+    """No file of the program may grow over 100 kB: to it, the same as a full disk."""
+    command = [sys.executable, "-m", "kempelen", "replay", str(FAMOUS), "--speed", "max"]
+    limited = ["prlimit", "--fsize=100000", *command]
+    ran = subprocess.run(limited, check=False, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    assert ran.returncode == JOURNAL, ran.stderr
+    assert "Traceback" not in ran.stderr
+    assert f"The journal {data / 'journal.sqlite3'} cannot be used" in ran.stderr
+    assert "kempelen resume 1" in ran.stdout
+    told = kempelen("resume", "--speed", "max")
+    assert told.code == 0, told.all
+    assert "Game over: 1-0, checkmate." in told.out
+    assert "table differs" not in told.out
+
+
+@pytest.mark.physics
 def test_the_input_ends_when_a_person_is_to_move(kempelen: Any, engine: Path, data: Path) -> None:
     told = kempelen("play", "--engine", engine, "--speed", "max", typed="e4\n")
     assert_told(told, OPERATOR, "Standard input has ended", "White is to move", "Resume with")
