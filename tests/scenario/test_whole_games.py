@@ -1,6 +1,5 @@
 """Whole games on the twin, from the first turn to the report, told as scripts."""
 
-import asyncio
 import math
 import os
 import re
@@ -248,23 +247,24 @@ def engines() -> list[int]:
 
 
 async def test_an_engine_that_dies_while_it_thinks_is_started_again(tmp_path: Path) -> None:
-    async with Stage(tmp_path, GameRequest(Mode.PLAY), engine__move_time=1.5) as stage:
+    full = {"engine__level": "full", "engine__move_time": 1.5}  # it thinks for that long, whatever it sees
+    async with Stage(tmp_path, GameRequest(Mode.PLAY), **full) as stage:
         (before,) = engines()
-        thinking = asyncio.Event()
+        killed: list[int] = []
 
-        def hear(event: Event) -> None:
-            if isinstance(event, EngineThinking):
-                thinking.set()
+        def kill_at_first_thought(event: Event) -> None:
+            if isinstance(event, EngineThinking) and not killed:
+                os.kill(before, signal.SIGKILL)
+                killed.append(before)
 
-        stage.arbiter.events.listen(hear)
+        stage.arbiter.events.listen(kill_at_first_thought)
         stage.play()
         await stage.type("e4")
-        await thinking.wait()
-        os.kill(before, signal.SIGKILL)
         await stage.cue("1... ")
         (after,) = engines()
         await stage.arbiter.resign(chess.WHITE)
         report = await stage.report()
+    assert killed == [before]
     assert after != before
     assert report.plies == 2
     assert_well_placed(report)
