@@ -10,7 +10,7 @@ from rich.table import Table
 from kempelen.app.files import replace_file
 from kempelen.app.paths import journal_path
 from kempelen.core.errors import ConfigError
-from kempelen.game.game_log import pgn_of
+from kempelen.game.game_log import pgn_of, san_of
 from kempelen.game.journal import GameSummary, JournalReader
 
 _WHOLE = 4 + 16 + 6 + 5 + 5 * 2  # what the columns of one width and the gaps take
@@ -54,15 +54,16 @@ def _table(rows: list[GameSummary], width: int) -> Table:
     return table
 
 
-def export(directory: Path, game: int | None, output: Path | None) -> None:
-    """One game as PGN, to a file or to standard output.
+def export(directory: Path, game: int | None, output: Path | None, *, san: bool = False) -> None:
+    """One game as PGN, or as its moves alone, to a file or to standard output.
 
     Raises:
         JournalError: no such game.
         ConfigError: the file cannot be written.
     """
     with JournalReader(journal_path(directory)) as journal:
-        text = pgn_of(journal.state(game if game is not None else journal.latest()))
+        state = journal.state(game if game is not None else journal.latest())
+    text = san_of(state) if san else pgn_of(state)
     if output is None or str(output) == "-":
         typer.echo(text)
         return

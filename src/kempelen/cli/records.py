@@ -26,16 +26,18 @@ def pgn(
         Path | None,
         typer.Option("--output", "-o", help="File to write; with - or without it the game is printed."),
     ] = None,
+    san: Annotated[bool, typer.Option("--san", help="The moves alone, in one line of SAN.")] = False,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
 ) -> None:
-    """Export a game as PGN.
+    """Export a game as PGN, or as a log in SAN.
 
     Examples:
 
         kempelen pgn                          the newest
         kempelen pgn 3 --output game3.pgn
+        kempelen pgn 3 --san                  1. e4 e5 2. Nf3 ...
     """
     from kempelen.cli import listing, start
 
-    listing.export(start.configured(config, data__dir=data_dir).data_dir, game, output)
+    listing.export(start.configured(config, data__dir=data_dir).data_dir, game, output, san=san)

@@ -42,6 +42,10 @@ class Wire(Protocol):
         """Whether an opening has raised DTR since the last call."""
         ...
 
+    def keep_dtr(self) -> None:
+        """Take DTR as still raised, where there is one: the table stayed powered."""
+        ...
+
     def drop(self) -> None:
         """Pull the plug; the next host finds the port again."""
         ...
@@ -241,7 +245,7 @@ class TcpWire:
         self._server.close()
 
 
-def make_wire(kind: str, link: str) -> PtyWire | TcpWire:
+def make_wire(kind: str, link: str) -> Wire:
     """``"pty"`` or ``"tcp:PORT"``."""
     if kind == "pty":
         return PtyWire(Path(link) if link else None)

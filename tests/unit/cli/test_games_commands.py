@@ -84,6 +84,10 @@ def test_a_game_left_resumed_listed_and_exported(
     told = kempelen("games")
     assert told.code == 0
     assert "White resigns" in " ".join(told.out.split())
+    log = kempelen("pgn", "--san").out
+    assert log.startswith("1. ")
+    assert len(log.splitlines()) == 1
+    assert log.strip() in " ".join(kempelen("pgn").out.split())
     told = kempelen("pgn")
     assert told.out.startswith('[Event "Casual game"]')
     assert "1. e4" in told.out
