@@ -17,6 +17,9 @@
     │   ├── NotHomedError    a motion was asked for before homing
     │   ├── BusyError        a group of motions is at work, another one was offered
     │   └── StoppedError     an e-stop or a cancel ended the motion
+    ├── SensorError          the senses
+    │   ├── CameraError      a camera or a recording: absent, forbidden, unplugged, damaged, of a wrong format
+    │   └── BoardNotFoundError  no whole board in the picture, with the reason
     ├── SettingsError        the controller's settings do not fit the table
     ├── TwinError            the simulated world could not be started or reached
     └── OperatorNeededError  only a person can go on from here
@@ -116,6 +119,20 @@ class BusyError(RobotError):
 
 class StoppedError(RobotError):
     """An e-stop or a cancel ended the motion."""
+
+
+class SensorError(KempelenError):
+    """The senses cannot do what was asked."""
+
+    exit_code = 9
+
+
+class CameraError(SensorError):
+    """A camera or a recording is absent, forbidden, unplugged, damaged or of a wrong format."""
+
+
+class BoardNotFoundError(SensorError):
+    """No whole board is in the picture; the message says why and what would help."""
 
 
 class SettingsError(RobotError):

@@ -10,7 +10,6 @@ from enum import StrEnum
 from typing import Protocol, Self
 
 import chess
-import numpy as np
 
 from kempelen.core.geometry import Array
 from kempelen.core.places import Layout, Place, Transfer
@@ -310,34 +309,7 @@ class Engine(Protocol):
         ...
 
 
-# --- senses -----------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Observation:
-    """A sensor's report.
-
-    Attributes:
-        occupancy: (64, 3) probabilities of {empty, white, black}, squares in python-chess order.
-        time: s, of the sensor's clock.
-        valid: False while a hand or the robot is in the way.
-    """
-
-    occupancy: Array
-    time: float
-    valid: bool = True
-
-    def __post_init__(self) -> None:
-        if np.shape(self.occupancy) != (64, 3):
-            raise ValueError(f"occupancy has shape {np.shape(self.occupancy)}, wanted (64, 3)")
-
-
-class BoardSensor(Protocol):
-    """Anything that reports what stands on the squares."""
-
-    def observe(self) -> AsyncIterator[Observation]:
-        """Observations as they come."""
-        ...
+# --- people ----------------------------------------------------------------------------------------------
 
 
 class Person(Protocol):

@@ -5,7 +5,7 @@ import pytest
 
 from kempelen.core import errors
 from kempelen.core.errors import KempelenError, RobotError
-from kempelen.core.protocols import Observation
+from kempelen.core.senses import Observation, Sight
 
 TREE = [error for _, error in inspect.getmembers(errors, inspect.isclass) if issubclass(error, KempelenError)]
 
@@ -34,3 +34,12 @@ def test_an_observation_has_a_probability_for_each_square() -> None:
     assert Observation(np.zeros((64, 3)), 0.0).valid
     with pytest.raises(ValueError, match=r"shape \(8, 8\), wanted \(64, 3\)"):
         Observation(np.zeros((8, 8)), 0.0)
+
+
+def test_likelihoods_become_probabilities_and_a_blind_report_knows_nothing() -> None:
+    seen = np.log(np.tile([0.2, 0.6, 0.2], (64, 1))) - 1000.0
+    assert Observation(seen, 0.0).occupancy[0] == pytest.approx([0.2, 0.6, 0.2])
+    blind = Observation.blind(1.0, Sight.HAND, "A hand is over the board.")
+    assert blind.hand
+    assert not blind.valid
+    assert blind.occupancy == pytest.approx(np.full((64, 3), 1 / 3))
