@@ -49,8 +49,7 @@ class BoardSighting:
 
     def board_points(self, pixels: npt.ArrayLike) -> Array:
         """(n, 2) squares of (n, 2) pixels: where their rays meet the board plane."""
-        inverse: Array = np.linalg.inv(self.image_from_board)
-        return moved(inverse, pixels)
+        return moved(np.linalg.inv(self.image_from_board).astype(np.float64), pixels)
 
 
 def moved(homography: Array, points: npt.ArrayLike) -> Array:
