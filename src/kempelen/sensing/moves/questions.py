@@ -1,0 +1,129 @@
+"""One plain question to the person at the board, instead of a guess."""
+
+from collections.abc import Sequence
+
+import chess
+
+from kempelen.core.pieces import piece_name
+from kempelen.sensing.moves.hypotheses import Happened, Hypothesis
+from kempelen.sensing.moves.verdicts import Line
+
+NAMED = 3  # more alternatives than that are not listed
+
+
+def ask(board: chess.Board, rivals: Sequence[Hypothesis]) -> tuple[tuple[Line, ...], str]:
+    """Candidates and question.
+
+    Args:
+        board: The confirmed position.
+        rivals: What may have happened, likeliest first; at least one.
+    """
+    return _lines(rivals), _question(board, rivals)
+
+
+def _lines(rivals: Sequence[Hypothesis]) -> tuple[Line, ...]:
+    """Whole moves from here, and the empty line for "nothing"; what was only begun as it would end."""
+    real = [h for h in rivals if h.happened in {Happened.STANDING, Happened.MOVE, Happened.TWO}]
+    real += [other for h in rivals for other in h.also if other.happened is Happened.TWO]
+    begun = [h for h in rivals if h.happened is Happened.HALF]
+    return tuple(dict.fromkeys(line for h in (*real, *begun) for line in h.lines))
+
+
+def _question(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    best = rivals[0]
+    if best.happened is Happened.HALF and best.advice:
+        return best.advice
+    for attempt in (_back, _promotion, _where, _which, _lifted):
+        if text := attempt(board, rivals):
+            return text
+    return _list(board, rivals)
+
+
+def _back(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    """Take-backs that look like something else, or like nearly nothing."""
+    backs = [h for h in rivals if h.happened in {Happened.BACK, Happened.REPLACED}]
+    if not backs:
+        return ""
+    what = "the last move" if backs[0].plies == 1 else "the last two moves"
+    others = [line for h in rivals if h not in backs for line in h.lines]
+    others += [line for h in rivals for other in h.also for line in other.lines]
+    played = f", or was it {_san(board, others[0])}" if others and others[0] else ""
+    return f"Was {what} taken back{played}?"
+
+
+def _promotion(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    """One pawn on the last rank, and nothing known about what it has become."""
+    lines = _lines(rivals)
+    ways = {(m.from_square, m.to_square, len(line)) for line in lines for m in line[:1]}
+    if len(ways) != 1 or not lines or not all(line and line[0].promotion for line in lines):
+        return ""
+    colour = "white" if board.turn else "black"
+    return (
+        f"What does the {colour} pawn become on {chess.square_name(lines[0][0].to_square)}: "
+        "a queen, a rook, a bishop or a knight?"
+    )
+
+
+def _where(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    """One piece that may stand here or there."""
+    lines = _single(rivals)
+    moved = [line[0] for line in lines if line]
+    if len(lines) == 1 or len({m.from_square for m in moved}) != 1 or len(moved) > NAMED:
+        return ""
+    home = moved[0].from_square
+    spots = {home if not line else line[0].to_square for line in lines}
+    return f"Is the {_piece(board, home)} on {_or([chess.square_name(s) for s in sorted(spots)])}?"
+
+
+def _which(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    """Several pieces that may have come to one square."""
+    lines = _single(rivals)
+    homes = list(dict.fromkeys(line[0].from_square for line in lines if line))
+    if len(homes) == 1 or not all(lines) or len({line[0].to_square for line in lines}) != 1:
+        return ""
+    target = chess.square_name(lines[0][0].to_square)
+    pieces = [f"the {_piece(board, home)} from {chess.square_name(home)}" for home in homes[:NAMED]]
+    return f"Which piece went to {target}: {_or(pieces)}?"
+
+
+def _lifted(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    """A piece that has left its square and stands nowhere."""
+    if rivals[0].happened is not Happened.HALF:
+        return ""
+    gone = [s for s, state in rivals[0].changes if state == 0 and board.color_at(s) == board.turn]
+    if gone:
+        return f"Where does the {_piece(board, gone[0])} from {chess.square_name(gone[0])} go?"
+    gone = [s for s, _ in rivals[0].changes]
+    return f"What takes the {_piece(board, gone[0])} on {chess.square_name(gone[0])}?"
+
+
+def _list(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    lines = _lines(rivals)[:NAMED]
+    names = [_san(board, line) for line in lines]
+    if len(names) == 1:
+        return f"Was it {names[0]}?" if lines[0] else "Is the position as it was?"
+    return f"What was played: {_or(names)}?"
+
+
+def _single(rivals: Sequence[Hypothesis]) -> list[Line]:
+    """Finished lines of at most one move; nothing when there are longer ones."""
+    lines = [
+        line
+        for h in rivals
+        if h.happened in {Happened.STANDING, Happened.MOVE, Happened.TWO}
+        for line in h.lines
+    ]
+    return lines if all(len(line) <= 1 for line in lines) else []
+
+
+def _piece(board: chess.Board, square: chess.Square) -> str:
+    piece = board.piece_at(square)
+    return piece_name(piece) if piece else "piece"
+
+
+def _san(board: chess.Board, line: Line) -> str:
+    return board.variation_san(line) if line else "nothing"
+
+
+def _or(names: Sequence[str]) -> str:
+    return " or ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]
