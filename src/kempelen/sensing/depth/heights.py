@@ -14,6 +14,10 @@ DISC = 0.19
 REACH = 0.25
 """How far from a square's centre, squares, the disc's centre is tried: with its radius it stays inside."""
 
+_RING = (0.3, 0.5)
+"""Inner and outer radius, squares, of the surroundings that the disc is compared with."""
+
+_CAP = 2.0  # of the noise: higher things in the surroundings are neighbours, no sign of their level
 _FILLED = 0.35  # of the pixels expected in a disc: with fewer its mean is one of flying pixels
 _LOWEST = -25.0  # mm: what lies deeper is a hole of the measurement
 
@@ -90,34 +94,89 @@ class Peaks:
     tops: Array
 
 
-def find_peaks(heights: Pixels, counts: Pixels, view: BoardView, shift: Array) -> Peaks:
-    """Move the disc about in each square.
+@dataclass(frozen=True, slots=True, eq=False)
+class Contrast:
+    """Local means of the board's heights, each (8 cells, 8 cells) mm; NaN where too little was measured.
+
+    Attributes:
+        disc: Of the disc about each cell.
+        ring: Of its surroundings, neighbouring pieces cut off.
+        top: Of a third of the disc.
+        seen: Share of the disc's expected points that were measured, 0 to 1.
+    """
+
+    disc: Pixels
+    ring: Pixels
+    top: Pixels
+    seen: Pixels
+
+    def over_ring(self, slope: float) -> Pixels:
+        """The disc over what its surroundings predict of it."""
+        return self.disc - np.float32(slope) * np.where(np.isnan(self.ring), 0, self.ring)
+
+    def slope(self, empty: Array, cells: int) -> float:
+        """How much of the surroundings' level the disc shares where nothing stands, 0 to 1.
+
+        Blotches wider than a piece raise both, white noise only one of them.
+
+        Args:
+            empty: (64,) squares that are taken for empty.
+            cells: Along a side of a square.
+        """
+        disc, ring = by_square(self.disc, cells)[empty], by_square(self.ring, cells)[empty]
+        known = ~(np.isnan(disc) | np.isnan(ring))
+        disc, ring = disc[known], ring[known]
+        energy = float((ring**2).sum())
+        return float(np.clip((disc * ring).sum() / energy, 0, 1)) if energy > 0 else 0.0
+
+
+def find_contrast(heights: Pixels, counts: Pixels, view: BoardView, noise: float) -> Contrast:
+    """Local means.
 
     Args:
         heights: (8 cells, 8 cells) of the board alone, over the reference, mm; NaN where unknown.
         counts: As many points.
         view: Gives the expected counts.
+        noise: Of the cells, mm.
+    """
+    board = board_cells(view.cells)
+    usual = view.expected[board, board]
+    known = ~np.isnan(heights)
+    weights = np.where(known, np.minimum(counts, 2 * usual + 1), 0).astype(np.float32)
+    kept = np.where(known, np.maximum(heights, _LOWEST), 0).astype(np.float32)
+    disc, seen = _local_mean(kept, weights, usual, _disc(DISC * view.cells))
+    top, _ = _local_mean(kept, weights, usual, _disc(DISC * view.cells / np.sqrt(3.0)))
+    inner, outer = (_disc(radius * view.cells) for radius in _RING)
+    edge = (outer.shape[0] - inner.shape[0]) // 2
+    ring = outer - np.pad(inner, edge)
+    around, _ = _local_mean(np.minimum(kept, _CAP * noise), weights, usual, ring)
+    return Contrast(disc, around, top, seen)
+
+
+def find_peaks(contrast: Contrast, cells: int, slope: float, shift: Array) -> Peaks:
+    """Move the disc about in each square.
+
+    Args:
+        contrast: Of the board.
+        cells: Along a side of a square.
+        slope: How much of its surroundings' level the disc shares.
         shift: (2,) squares, by which everything appears displaced.
     """
-    cells = view.cells
-    board = board_cells(cells)
-    disc = _disc(DISC * cells)
-    known = ~np.isnan(heights)
-    weights = np.where(known, np.minimum(counts, 2 * view.expected[board, board] + 1), 0).astype(np.float32)
-    kept = np.where(known, np.maximum(heights, _LOWEST), 0).astype(np.float32) * weights
-    expected = _sum(view.expected[board, board], disc)
-    amount = _sum(weights, disc)
-    enough = amount >= _FILLED * np.maximum(expected, 1.0)
-    mean = np.where(enough, _sum(kept, disc) / np.maximum(amount, 1e-6), np.nan)
+    over = contrast.over_ring(slope)
     window = _window(cells, shift)
-    scores, offsets = _highest(mean, window, cells)
-    mirror, _ = _highest(-mean, window, cells)
-    small = _disc(DISC * cells / np.sqrt(3.0))
-    little = _sum(weights, small)
-    some = little >= _FILLED * np.maximum(_sum(view.expected[board, board], small), 1.0)
-    tops, _ = _highest(np.where(some, _sum(kept, small) / np.maximum(little, 1e-6), np.nan), window, cells)
-    seen = by_square(np.minimum(amount / np.maximum(expected, 1e-6), 1.0), cells)
-    return Peaks(scores, mirror, offsets, seen[:, cells // 2, cells // 2].astype(np.float64), tops)
+    scores, offsets = _highest(over, window, cells)
+    mirror, _ = _highest(-over, window, cells)
+    tops, _ = _highest(contrast.top, window, cells)
+    seen = by_square(contrast.seen, cells)[:, cells // 2, cells // 2].astype(np.float64)
+    return Peaks(scores, mirror, offsets, seen, tops)
+
+
+def _local_mean(kept: Pixels, weights: Pixels, usual: Pixels, kernel: Pixels) -> tuple[Pixels, Pixels]:
+    """Weighted mean under a kernel, NaN where too little was measured, and the share that was."""
+    amount, expected = _sum(weights, kernel), _sum(usual, kernel)
+    share = amount / np.maximum(expected, 1.0)
+    mean = np.where(share >= _FILLED, _sum(kept * weights, kernel) / np.maximum(amount, 1e-6), np.nan)
+    return mean.astype(np.float32), np.minimum(share, 1.0)
 
 
 def _disc(radius: float) -> Pixels:

@@ -17,6 +17,7 @@ _PRIOR_SQUARES = 8.0  # that the prior of the pieces' heights counts for
 _PRIOR_NULL = 16.0  # that the prior of the noise counts for
 _STEPS = 8
 _SURE = 0.95
+_CLEAR = 2.0
 
 
 def depth_parameters() -> Parameters:
@@ -25,6 +26,7 @@ def depth_parameters() -> Parameters:
         Parameter("depth.noise", 2.0, "mm", 0.1, 30, "scatter of the board's cells"),
         Parameter("depth.trust", 0.0, "", 0, 1, "share of the remembered empty board that shows again"),
         Parameter("depth.dark_step", 0.0, "mm", -20, 20, "how much higher dark squares read than light ones"),
+        Parameter("depth.slope", 0.3, "", 0, 1, "share of its surroundings' level that a square has too"),
         Parameter("depth.empty_centre", 0.8, "noise", 0, 10, "what an empty square shows, in units of noise"),
         Parameter("depth.empty_scale", 0.5, "noise", 0.05, 10, "its scatter, in units of noise"),
         Parameter("depth.empty_floor", 0.7, "mm", 0.1, 10, "least scatter of an empty square"),
@@ -113,13 +115,21 @@ def estimate(evidence: Evidence, parameters: Parameters, position: Array | None)
         position: (64,) whether a piece stands on each square; None when unknown: by expectation and
             maximisation, then.
     """
-    _estimate_noise(evidence, parameters)
+    occupied = ~surely_empty(evidence, parameters) if position is None else np.asarray(position, dtype=bool)
+    _estimate_noise(evidence, parameters, ~occupied)
     for _ in range(_STEPS if position is None else 1):
         _estimate_pieces(evidence, parameters, position)
 
 
-def _estimate_noise(evidence: Evidence, parameters: Parameters) -> None:
-    ratio = evidence.peaks.mirror / evidence.noise
+def surely_empty(evidence: Evidence, parameters: Parameters) -> Array:
+    """(64,) squares that are at least e^2 times likelier empty than not."""
+    empty, piece = occupied_over_empty(evidence, parameters)
+    out: Array = empty - piece > _CLEAR
+    return out
+
+
+def _estimate_noise(evidence: Evidence, parameters: Parameters, empty: Array) -> None:
+    ratio = evidence.peaks.mirror[empty] / evidence.noise[empty]
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio):
         return

@@ -9,8 +9,14 @@ from kempelen.core.camera import Frame
 from kempelen.core.geometry import Array
 from kempelen.core.senses import EMPTY
 from kempelen.sensing.depth.geometry import BoardView, Pixels, depth_of, view_board
-from kempelen.sensing.depth.heights import HeightMap, Peaks, board_cells, by_square, find_peaks, map_heights
-from kempelen.sensing.depth.likelihood import Evidence, depth_parameters, estimate, occupied_over_empty
+from kempelen.sensing.depth.heights import HeightMap, Peaks, board_cells, by_square, find_contrast, find_peaks, map_heights
+from kempelen.sensing.depth.likelihood import (
+    Evidence,
+    depth_parameters,
+    estimate,
+    occupied_over_empty,
+    surely_empty,
+)
 from kempelen.sensing.depth.reference import EmptyReference
 from kempelen.sensing.parameters import Parameters
 from kempelen.sensing.sighting import BoardSighting
@@ -88,7 +94,7 @@ class DepthReader:
         for frame in frames:
             seen, raised, evidence = self._look(frame)
             estimate(evidence, self.parameters, occupied)
-            empty = self._surely_empty(evidence) if occupied is None else ~occupied
+            empty = surely_empty(evidence, self.parameters) if occupied is None else ~occupied
             self._known_reference.remember(seen, empty)
 
     def read(self, frame: Frame, sighting: BoardSighting | None = None) -> DepthReading:
@@ -138,7 +144,8 @@ class DepthReader:
         seen = map_heights(view, depth_of(frame))
         raised = reference.subtract(seen)
         board = board_cells(view.cells)
-        peaks = find_peaks(raised, seen.counts[board, board], view, self._shift)
+        contrast = find_contrast(raised, seen.counts[board, board], view, reference.noise)
+        peaks = find_peaks(contrast, view.cells, self.parameters["depth.slope"], self._shift)
         noise = by_square(reference.local_noise(raised, view.cells), view.cells)
         self.parameters.estimate("depth.noise", reference.noise, "lower side of the board")
         self.parameters.estimate("depth.trust", reference.trust, "slope over the remembered board")
@@ -146,12 +153,11 @@ class DepthReader:
         evidence = Evidence(
             peaks, noise[:, view.cells // 2, view.cells // 2].astype(np.float64), missing_share(seen)
         )
+        empty = surely_empty(evidence, self.parameters)
+        if empty.any():
+            slope = contrast.slope(empty, view.cells)
+            self.parameters.estimate("depth.slope", slope, f"{empty.sum()} empty squares")
         return seen, raised, evidence
-
-    def _surely_empty(self, evidence: Evidence) -> Array:
-        empty, piece = occupied_over_empty(evidence, self.parameters)
-        out: Array = empty - piece > 2.0
-        return out
 
 
 def missing_share(seen: HeightMap) -> Array:
