@@ -1,0 +1,130 @@
+"""Whether a square still looks as it was remembered, and if not, into what it may have changed.
+
+All likelihoods are learned from the pictures themselves. What a *changed* square looks like is taken from the
+known position: squares of one shade that hold different things differ as a square does that changed from one
+into the other. What an *unchanged* square looks like is taken from the two pictures that are compared: few
+squares change in a move, all others show what the camera's movement, its noise and the light do. Shadows are
+invented over unchanged squares, and count by how many turn up.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from kempelen.core.geometry import Array
+from kempelen.sensing.colour.columns import Columns
+from kempelen.sensing.colour.looks import changes, shadowed
+from kempelen.sensing.colour.predictive import Student, fitted
+
+PAIRS = 100  # of differing squares for each change and shade; more say nothing new
+CHANGED = 4 / 64  # share of the squares that a castling changes, the move that changes most
+SHADED = 1 / 16  # share of the squares over which a shadow comes, before any was seen ...
+SHADED_WORTH = 16.0  # ... and the squares that this guess is worth
+ROUNDS = 6  # of expectation maximisation
+CAUTION = 0.1  # share of the changed squares' covariance in that of the unchanged ones: a fixed camera
+# without noise would else take the faintest shimmer for a change
+HALF = 3.0  # squared deviations, per feature, at which a square weighs half in the first guess
+MAD_TO_SIGMA = 1.4826
+EXTREME = 30.0  # nats beyond which a probability is 0 or 1
+
+
+class ChangeModel:
+    """Of one remembered picture of a known position.
+
+    Args:
+        memory: Encoded columns.
+        states: (64,) what stands there.
+        dark: (64,) which squares are dark.
+        depth: Of the deepest invented shadow.
+        generator: Seeded by the caller.
+    """
+
+    def __init__(
+        self,
+        memory: Columns,
+        states: npt.NDArray[np.int64],
+        dark: npt.NDArray[np.bool_],
+        depth: float,
+        generator: np.random.Generator,
+    ) -> None:
+        self._memory, self._states, self._dark = memory, states, dark
+        self._examples = _differing(memory, states, dark, generator)
+        every = np.concatenate(list(self._examples.values()))
+        self._covariance = np.cov(every.T)
+        ones = np.ones(len(every))
+        self._any = fitted(every, ones)
+        self._changed = {
+            key: fitted(examples, np.ones(len(examples)), self._covariance, CAUTION)
+            for key, examples in self._examples.items()
+        }
+        shaded = [changes(memory, shadowed(memory, depth, generator)) for _ in range(4)]
+        many = np.concatenate(shaded)
+        self._shaded = fitted(many, np.ones(len(many)), self._covariance, CAUTION)
+
+    def log_density(self, now: Columns) -> tuple[Array, float]:
+        """(64, 3) log p(change seen | now empty, white, black), and the share of squares in a new shadow."""
+        seen = changes(self._memory, now)
+        out = self._into(seen)
+        still = np.arange(64), self._states
+        others = out.copy()
+        others[still] = -np.inf
+        changed = np.logaddexp.reduce(others, axis=1) - np.log(2)
+        out[still], shadows = self._unchanged(seen, changed)
+        return out, shadows
+
+    def _into(self, seen: Array) -> Array:
+        """(64, 3) as if every square had changed."""
+        out = np.empty((64, 3))
+        for state in range(3):
+            for before in range(3):
+                for shade in (False, True):
+                    k = (self._states == before) & (self._dark == shade)
+                    out[k, state] = self._model(before, state, shade).log_density(seen[k])
+        return out
+
+    def _model(self, before: int, after: int, shade: bool) -> Student:  # noqa: FBT001 - which of two models
+        return self._changed.get((min(before, after), max(before, after), shade), self._any)
+
+    def _unchanged(self, seen: Array, changed: Array) -> tuple[Array, float]:
+        shaded = self._shaded.log_density(seen)
+        weight, shadows = _first_guess(seen), SHADED
+        for _ in range(ROUNDS):
+            same = fitted(seen, weight, self._covariance, CAUTION).log_density(seen)
+            lit, dim = same + np.log(1 - shadows), shaded + np.log(shadows)
+            unchanged: Array = np.logaddexp(lit, dim)
+            still = _probability(unchanged - changed + np.log(1 / CHANGED - 1))
+            weight = still * _probability(lit - dim)
+            in_shade = float((still - weight).sum())
+            shadows = (SHADED * SHADED_WORTH + in_shade) / (SHADED_WORTH + float(still.sum()))
+        return unchanged, shadows
+
+
+def _differing(
+    memory: Columns,
+    states: npt.NDArray[np.int64],
+    dark: npt.NDArray[np.bool_],
+    generator: np.random.Generator,
+) -> dict[tuple[int, int, bool], Array]:
+    """Changes between squares of one shade that hold different things, by what and by shade."""
+    out = {}
+    for one, other in ((0, 1), (0, 2), (1, 2)):
+        for shade in (False, True):
+            first = np.flatnonzero((states == one) & (dark == shade))
+            second = np.flatnonzero((states == other) & (dark == shade))
+            if len(first) and len(second):
+                pairs = np.stack(np.meshgrid(first, second)).reshape(2, -1)
+                pairs = pairs[:, generator.permutation(pairs.shape[1])[:PAIRS]]
+                out[one, other, shade] = changes(memory[pairs[0]], memory[pairs[1]])
+    return out
+
+
+def _first_guess(seen: Array) -> Array:
+    """(64,) how ordinary each square's change is among all of them."""
+    off = seen - np.median(seen, axis=0)
+    scale = MAD_TO_SIGMA * np.median(np.abs(off), axis=0) + 1e-3
+    out: Array = 1 / (1 + ((off / scale) ** 2).mean(axis=1) / HALF)
+    return out
+
+
+def _probability(log_odds: Array) -> Array:
+    out: Array = 1 / (1 + np.exp(-np.clip(log_odds, -EXTREME, EXTREME)))
+    return out

@@ -1,0 +1,43 @@
+"""What the colour reader does not estimate; shown and changed live like all parameters of the senses."""
+
+from dataclasses import dataclass
+
+from kempelen.core.errors import ConfigError
+
+
+@dataclass(frozen=True, slots=True)
+class ColourParameters:
+    """Of the colour reader. Lengths are in squares.
+
+    Attributes:
+        pixels: Of a cut-out square's side; more than a webcam gives of a square helps nobody.
+        heights: Of the slices of the column over a square that are looked at: the foot, the body of a
+            pawn, its head. Standard sets have pawns of 0.75 to 0.9 squares.
+        radii: Of the disc that is looked at in each slice; a foot is 0.55 to 0.8 squares wide (FIDE: 0.7
+            to 0.8 for the king), a body narrower.
+        focal: Focal length in terms of the picture's longer side, when nobody knows the intrinsics:
+            phones and webcams have fields of view of 60 to 75 degrees.
+        limit: Bound of what one square may say, nats: about one misread square in 3000 is of a sort that
+            no model foresaw.
+        shadows: Copies of the known squares with invented shadows, per square.
+        depth: Of the deepest invented shadow: natural logarithm of the light that is left, negated.
+        memory: Positions that are remembered; older ones were seen in another light.
+        adaptation: Share by which the memory of a square follows what it looks like now, per reading.
+    """
+
+    pixels: int = 16
+    heights: tuple[float, ...] = (0.08, 0.4, 0.75)
+    radii: tuple[float, ...] = (0.36, 0.3, 0.25)
+    focal: float = 0.73
+    limit: float = 8.0
+    shadows: int = 4
+    depth: float = 1.3
+    memory: int = 8
+    adaptation: float = 0.05
+
+    def __post_init__(self) -> None:
+        if len(self.heights) != len(self.radii) or not self.heights:
+            raise ConfigError(
+                f"The colour reader has {len(self.heights)} heights and {len(self.radii)} radii.",
+                hint="Give each slice of the column its height and its radius.",
+            )
