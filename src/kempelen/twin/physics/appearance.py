@@ -15,12 +15,17 @@ import numpy as np
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import KINDS, PieceShape
 from kempelen.core.table import WorkSpace
+from kempelen.twin.physics.look import CLOTH_SIZE, PAINT_SIZE, Look, board_paint, table_paint
 from kempelen.twin.physics.units import METRES
 
 PAINT = 1
 """Group of geoms that are drawn and never touched."""
 HIDDEN = 3
 """Group of geoms that are touched and not drawn."""
+WHITE, BLACK, BOARD, TABLE = "white", "black", "board", "table"
+"""Names of materials."""
+Rgba = tuple[float, float, float, float]
+_CLOTH_REPEAT = (20.0, 20.0)
 _SIDES = 28
 _ALUMINIUM = (0.72, 0.74, 0.78, 1.0)
 _STEEL = (0.32, 0.34, 0.38, 1.0)
@@ -85,6 +90,41 @@ def profile(kind: chess.PieceType, shape: PieceShape) -> Array:
     return np.array(body + top)
 
 
+def add_materials(spec: Any, look: Look) -> None:
+    """Materials of the two colours of pieces, the board's top and the table's."""
+    for name, rgb in ((WHITE, look.white), (BLACK, look.black)):
+        spec.add_material(name=name, rgba=(*rgb, 1.0), specular=look.gloss, shininess=0.3 + 0.5 * look.gloss)
+    _textured(spec, BOARD, (1.0, 1.0), look.board_gloss)
+    _textured(spec, TABLE, _CLOTH_REPEAT, 0.05)
+
+
+def _textured(spec: Any, name: str, repeat: tuple[float, float], gloss: float) -> None:
+    """Blank at first: a list of a million numbers would be the specification's way to hold a picture."""
+    side = PAINT_SIZE if name == BOARD else CLOTH_SIZE
+    spec.add_texture(
+        name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT, nchannel=3,
+        width=side, height=side,
+    )  # fmt: skip
+    material = spec.add_material(name=name, texrepeat=repeat, specular=gloss, shininess=0.3 + 0.5 * gloss)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+
+
+def paint_textures(model: Any, look: Look, square: float) -> None:
+    """Fill a compiled model's textures."""
+    for name, paint in ((BOARD, board_paint(look, square)), (TABLE, table_paint(look))):
+        start = int(model.tex_adr[model.texture(name).id])
+        model.tex_data[start : start + paint.size] = paint.ravel()
+
+
+def add_board_paint(board: Any, square: float, look: Look) -> None:
+    """Paint only: one thin plate on the board that nothing touches."""
+    middle, edge = 4 * square, 4 * square + look.border_width
+    board.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX, material=BOARD, contype=0, conaffinity=0, group=PAINT,
+        pos=np.array([middle, middle, 0.0]) * METRES, size=np.array([edge, edge, 0.05]) * METRES,
+    )  # fmt: skip
+
+
 def add_meshes(spec: Any, pieces: Mapping[chess.PieceType, PieceShape]) -> None:
     """One turned mesh for each kind; the king's cross and the knight's head beside it."""
     for kind in KINDS:
@@ -93,11 +133,9 @@ def add_meshes(spec: Any, pieces: Mapping[chess.PieceType, PieceShape]) -> None:
     _mesh(spec, "horse", *_horse(knight))
 
 
-def add_paint(
-    body: Any, kind: chess.PieceType, shape: PieceShape, rgba: tuple[float, float, float, float]
-) -> None:
+def add_paint(body: Any, kind: chess.PieceType, shape: PieceShape, material: str) -> None:
     """Make a piece's body look like its kind."""
-    common = {"contype": 0, "conaffinity": 0, "group": PAINT, "rgba": rgba, "mass": 0.0}
+    common = {"contype": 0, "conaffinity": 0, "group": PAINT, "material": material, "mass": 0.0}
     body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=chess.piece_name(kind), **common)
     if kind == chess.KNIGHT:
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="horse", **common)
@@ -140,7 +178,7 @@ def _beam(
     body: Any,
     where: tuple[float, float, float],
     half: tuple[float, float, float],
-    rgba: tuple[float, float, float, float],
+    rgba: Rgba,
 ) -> None:
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX, pos=np.array(where) * METRES, size=np.array(half) * METRES, rgba=rgba,

@@ -13,7 +13,7 @@ import numpy as np
 
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import PieceShape
-from kempelen.twin.physics.appearance import HIDDEN, add_paint
+from kempelen.twin.physics.appearance import BLACK, HIDDEN, TABLE, WHITE, Rgba, add_board_paint, add_paint
 from kempelen.twin.physics.scene import KINDS_BY_LETTER, TRAY_THICKNESS, Scene, StandingPiece
 from kempelen.twin.physics.units import KILOGRAMS, METRES
 
@@ -25,10 +25,8 @@ FELT = (0.008, 1.0)
 """Time constant (s) and damping ratio of a landing: smooth at the time step, no bouncing."""
 CENTRE_OF_MASS = 0.3
 """Height of the centre of mass over the piece's height: sets worth playing with are weighted."""
-BOARD_FRAME = 12.0
-Colour = tuple[float, float, float, float]
-WHITE, BLACK = (0.93, 0.86, 0.72, 1.0), (0.22, 0.15, 0.12, 1.0)
-LIGHT, DARK = (0.87, 0.74, 0.55, 1.0), (0.50, 0.32, 0.20, 1.0)
+TABLE_HALF = 2.0
+"""Half the side of the table top, m."""
 
 
 class Touch(IntFlag):
@@ -53,41 +51,29 @@ def add_surfaces(spec: Any, scene: Scene) -> None:
     board = spec.worldbody.add_body(
         name="board", pos=table.robot_from_board.translation * METRES, quat=quaternion(table.robot_from_board)
     )
-    side = 8 * table.square
-    frame = np.array([side / 2 + BOARD_FRAME, side / 2 + BOARD_FRAME, scene.board_thickness / 2])
-    _add_slab(board, "board", np.array([side / 2, side / 2, 0.0]), frame, DARK)
+    side, look = 8 * table.square, scene.look
+    edge = side / 2 + look.border_width
+    _add_slab(
+        board, "board", np.array([side / 2, side / 2, 0.0]), np.array([edge, edge, scene.board_thickness / 2]),
+        (*look.border, 1.0),
+    )  # fmt: skip
     for tray in table.trays:
         first, last = tray.centre(1), tray.centre(tray.rows * tray.columns)
         half = np.array([*((last - first)[:2] + tray.pitch) / 2, TRAY_THICKNESS / 2])
-        _add_slab(board, tray.name, (first + last) / 2, half, LIGHT)
-    _add_squares(spec, board, table.square)
+        _add_slab(board, tray.name, (first + last) / 2, half, (*look.tray, 1.0))
+    add_board_paint(board, table.square, look)
     spec.worldbody.add_geom(
-        name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(2.0, 2.0, 0.1), rgba=(0.35, 0.38, 0.36, 1.0),
+        name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, size=(TABLE_HALF, TABLE_HALF, 0.1), material=TABLE,
         pos=(0.0, 0.0, scene.table_top * METRES), contype=Touch.SURFACE, conaffinity=0,
         friction=_friction(FELT_FRICTION),
     )  # fmt: skip
 
 
-def _add_slab(body: Any, name: str, top: Array, half: Array, rgba: Colour) -> None:
+def _add_slab(body: Any, name: str, top: Array, half: Array, rgba: Rgba) -> None:
     """A box by its top's middle and its half sizes, mm."""
     body.add_geom(
         name=name, type=mujoco.mjtGeom.mjGEOM_BOX, rgba=rgba, pos=(top - [0.0, 0.0, half[2]]) * METRES,
         size=half * METRES, contype=Touch.SURFACE, conaffinity=0, friction=_friction(FELT_FRICTION),
-    )  # fmt: skip
-
-
-def _add_squares(spec: Any, board: Any, square: float) -> None:
-    """Paint only: one thin chequered plate that nothing touches, a1 dark."""
-    spec.add_texture(
-        name="squares", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=LIGHT[:3], rgb2=DARK[:3], width=64, height=64,
-    )  # fmt: skip
-    material = spec.add_material(name="squares", texrepeat=(4.0, 4.0))
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
-    side = 8 * square
-    board.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, material="squares", contype=0, conaffinity=0, group=1,
-        pos=np.array([side / 2, side / 2, 0.0]) * METRES, size=np.array([side / 2, side / 2, 0.05]) * METRES,
     )  # fmt: skip
 
 
@@ -110,10 +96,9 @@ def add_piece(spec: Any, piece: StandingPiece, shape: PieceShape, up: Transform)
     )
     body.add_freejoint(name=piece.piece_id)
     _add_inertia(body, shape)
-    rgba = WHITE if piece.white else BLACK
     _add_feet(body, shape)
     _add_column(body, shape)
-    add_paint(body, KINDS_BY_LETTER[piece.kind], shape, rgba)
+    add_paint(body, KINDS_BY_LETTER[piece.kind], shape, WHITE if piece.white else BLACK)
 
 
 def _add_inertia(body: Any, shape: PieceShape) -> None:

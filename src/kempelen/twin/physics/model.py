@@ -8,7 +8,7 @@ import numpy as np
 
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import KINDS
-from kempelen.twin.physics.appearance import add_frame, add_meshes
+from kempelen.twin.physics.appearance import add_frame, add_materials, add_meshes, paint_textures
 from kempelen.twin.physics.bodies import add_piece, add_surfaces, quaternion
 from kempelen.twin.physics.gantry import PALM_HEIGHT, Jaw, add_gantry
 from kempelen.twin.physics.scene import Scene
@@ -28,6 +28,7 @@ def build_model(scene: Scene) -> Any:
     option.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     option.sleep_tolerance = 2e-3
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a world that breaks must not start anew
+    add_materials(spec, scene.look)
     add_surfaces(spec, scene)
     add_meshes(spec, {kind: scene.table.pieces[kind] for kind in KINDS})
     up = Transform(scene.table.robot_from_board.rotation, np.zeros(3))
@@ -39,7 +40,9 @@ def build_model(scene: Scene) -> Any:
     palm_top = jaw.length + PALM_HEIGHT
     add_frame(spec, slides, scene.table.space, palm_top=palm_top, table_top=scene.table_top)
     _add_light_and_camera(spec, scene)
-    return spec.compile()
+    model = spec.compile()
+    paint_textures(model, scene.look, scene.table.square)
+    return model
 
 
 def _add_light_and_camera(spec: Any, scene: Scene) -> None:

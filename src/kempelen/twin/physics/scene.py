@@ -13,6 +13,7 @@ from kempelen.core.errors import FitError
 from kempelen.core.pieces import PieceShape
 from kempelen.core.places import Layout
 from kempelen.core.table import Table
+from kempelen.twin.physics.look import Look
 
 TRAY_THICKNESS = 10.0
 KINDS_BY_LETTER = {chess.piece_symbol(kind).upper(): kind for kind in chess.PIECE_TYPES}
@@ -49,11 +50,13 @@ class Scene:
         table: Board pose, squares, trays, piece set, gripper and work space.
         pieces: All free bodies.
         board_thickness: The board's playing surface above the table top, mm.
+        look: Colours, for cameras.
     """
 
     table: Table
     pieces: tuple[StandingPiece, ...]
     board_thickness: float = 20.0
+    look: Look = Look()
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(p.piece_id for p in self.pieces).items() if n > 1]

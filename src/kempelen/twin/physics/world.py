@@ -69,6 +69,16 @@ class World:
         return self._simulation.scene
 
     @property
+    def model(self) -> Any:
+        """MuJoCo's, for cameras."""
+        return self._simulation.model
+
+    @property
+    def data(self) -> Any:
+        """MuJoCo's, for cameras: to be read only."""
+        return self._simulation.data
+
+    @property
     def time(self) -> float:
         """Simulated seconds since the start."""
         return float(self._simulation.data.time)

@@ -1,0 +1,22 @@
+"""The twin's cameras: what a Kinect v2 or a D435 over the table would see, noise and all.
+
+Nothing here tells where a piece is: what leaves is frames, with the intrinsics that a real camera's own
+software would give.
+"""
+
+from kempelen.twin.cameras.camera import VirtualCamera
+from kempelen.twin.cameras.models import D435, KINECT_V2, CameraModel
+from kempelen.twin.cameras.noise import NOMINAL, OFF, Noise
+from kempelen.twin.cameras.settings import Lighting, Placement
+
+__all__ = [
+    "D435",
+    "KINECT_V2",
+    "NOMINAL",
+    "OFF",
+    "CameraModel",
+    "Lighting",
+    "Noise",
+    "Placement",
+    "VirtualCamera",
+]

@@ -1,0 +1,177 @@
+"""A virtual camera over the table."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from kempelen.core.camera import Depth, Frame, Picture
+from kempelen.core.geometry import Array, Transform
+from kempelen.twin.cameras.colour import ColourSensor
+from kempelen.twin.cameras.models import KINECT_V2, CameraModel, Principle
+from kempelen.twin.cameras.noise import NOMINAL, Noise
+from kempelen.twin.cameras.optics import DepthOptics
+from kempelen.twin.cameras.render import Region, Renderer, Stage, View, kinematics, make_renderer
+from kempelen.twin.cameras.settings import CameraSpec, Lighting, Placement
+from kempelen.twin.cameras.stereo import Stereo
+from kempelen.twin.cameras.surfaces import Materials
+from kempelen.twin.cameras.tof import TimeOfFlight
+
+
+@dataclass(slots=True)
+class _Drawn:
+    """What is kept as long as nothing moves."""
+
+    state: Array
+    roots: Picture
+    depth: Any
+
+
+class VirtualCamera:
+    """A depth camera of that model over a stage. Context manager; for one thread.
+
+    Args:
+        model: Its optics.
+        placement: Where it is; may be changed at any time, like all that follows.
+        lighting: In which light.
+        noise: What is wrong with its frames.
+        seed: Of all noise: the same shots in the same order give the same frames.
+        backend: Way of drawing.
+    """
+
+    def __init__(
+        self,
+        model: CameraModel = KINECT_V2,
+        placement: Placement | None = None,
+        lighting: Lighting | None = None,
+        noise: Noise = NOMINAL,
+        *,
+        seed: int = 0,
+        backend: str = "auto",
+    ) -> None:
+        self.model = model
+        self._settings = (placement or Placement(), lighting or Lighting(), noise)
+        self._backend = backend
+        rng = np.random.default_rng(seed)
+        self._optics = DepthOptics.of(model)
+        self._colour = ColourSensor(rng, model.colour.height, model.colour.width)
+        self._depth: TimeOfFlight | Stereo = (
+            Stereo(model, rng)
+            if model.principle is Principle.STEREO
+            else TimeOfFlight(model, self._optics, rng)
+        )
+        self._renderer: Renderer | None = None
+        self._drawn: _Drawn | None = None
+        self._of: Any = None  # the MuJoCo model that the renderer draws
+        self.sequence = 0
+
+    @classmethod
+    def of(cls, spec: CameraSpec) -> "VirtualCamera":
+        """As specified."""
+        return cls(
+            spec.optics, spec.placement, spec.lighting, spec.noise, seed=spec.seed, backend=spec.backend
+        )
+
+    def __enter__(self) -> "VirtualCamera":
+        return self
+
+    def __exit__(self, *_exc: object) -> None:
+        """Give back the renderer."""
+        self.close()
+
+    @property
+    def placement(self) -> Placement:
+        """Where it is."""
+        return self._settings[0]
+
+    @property
+    def lighting(self) -> Lighting:
+        """In which light."""
+        return self._settings[1]
+
+    @property
+    def noise(self) -> Noise:
+        """What is wrong with its frames."""
+        return self._settings[2]
+
+    def change(
+        self,
+        *,
+        placement: Placement | None = None,
+        lighting: Lighting | None = None,
+        noise: Noise | None = None,
+    ) -> None:
+        """Settings that hold from the next frame on."""
+        before = self._settings
+        self._settings = (placement or before[0], lighting or before[1], noise or before[2])
+        if self._settings != before:
+            self._drawn = None
+
+    def robot_from_colour(self, stage: Stage) -> Transform:
+        """True pose of the colour camera: for tests and training, never for a tracker."""
+        return stage.scene.table.robot_from_board @ self.placement.board_from_camera
+
+    def shoot(self, stage: Stage, time: float | None = None) -> Frame:
+        """A frame of the stage as it is now.
+
+        Args:
+            stage: World, simulation or studio.
+            time: Of the frame, s; default the stage's.
+
+        Raises:
+            TwinError: nothing can be drawn here.
+        """
+        drawn = self._draw(stage)
+        colour = self._colour.expose(drawn.roots, self.noise)
+        depth = self._depth.measure(drawn.depth, self.noise)
+        if self.lighting.covered:
+            depth = np.zeros_like(depth)
+        return self._frame(colour, depth, float(stage.data.time) if time is None else time)
+
+    def _frame(self, colour: Picture, depth: Depth, time: float) -> Frame:
+        self.sequence += 1
+        for picture in (colour, depth):
+            picture.setflags(write=False)
+        return Frame(
+            sequence=self.sequence,
+            time=time,
+            colour=colour,
+            depth=depth,
+            colour_camera=self.model.colour,
+            depth_camera=self.model.depth,
+            colour_from_depth=self.model.colour_from_depth,
+        )
+
+    def _draw(self, stage: Stage) -> _Drawn:
+        """The scene without chance, drawn anew only when something has moved."""
+        state = np.concatenate([stage.data.qpos, stage.data.mocap_pos.ravel(), stage.data.mocap_quat.ravel()])
+        renderer = self._renderer_of(stage)
+        if self._drawn is None or not np.array_equal(self._drawn.state, state):
+            kinematics(stage, self._data)
+            renderer.look(self._data, stage.scene, self.lighting)
+            pose = self.robot_from_colour(stage)
+            view = View(self.model.colour, pose)
+            picture = renderer.colour(view, Region.whole(view.intrinsics))
+            roots = self._colour.develop(picture, self.lighting, self.noise)
+            self._drawn = _Drawn(state, roots, self._expect(renderer, pose @ self.model.colour_from_depth))
+        return self._drawn
+
+    def _expect(self, renderer: Renderer, pose: Transform) -> Any:
+        canvas = self._optics.canvas
+        drawn = renderer.geometry(View(canvas, pose), Region.whole(canvas))
+        return self._depth.expect(self._materials.see(self._optics, pose, drawn), self.noise)
+
+    def _renderer_of(self, stage: Stage) -> Renderer:
+        if self._renderer is None or self._of is not stage.model:
+            self.close()
+            self._renderer = make_renderer(stage.model, self._backend)
+            self._of, self._data = stage.model, mujoco.MjData(stage.model)
+            self._materials = Materials(stage.model, stage.scene)
+        return self._renderer
+
+    def close(self) -> None:
+        """Give back the renderer; the next shot makes another."""
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = self._drawn = self._of = None

@@ -1,0 +1,70 @@
+"""From the pinhole picture that is drawn to the pixels of a lens that bends."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from kempelen.core.camera import Depth, Intrinsics
+from kempelen.twin.cameras.models import CameraModel
+
+Index = npt.NDArray[np.int32]
+
+_MARGIN = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthOptics:
+    """What to draw for a depth camera, and where its rays then are.
+
+    Attributes:
+        canvas: Of the pinhole picture to draw: wide enough for all rays, as fine as the fine grid.
+        fine: Grid points across a pixel.
+        source: (fine h, fine w) flat index into the canvas of each point of the fine grid.
+        slopes: (h, w, 2) x/z and y/z of each pixel's ray.
+    """
+
+    canvas: Intrinsics
+    fine: int
+    source: Index
+    slopes: npt.NDArray[np.float32]
+
+    @classmethod
+    def of(cls, model: CameraModel) -> Self:
+        """For a model's depth camera."""
+        lens, fine = model.depth, model.supersample
+        rows, columns = np.mgrid[: lens.height * fine, : lens.width * fine]
+        at = np.stack([columns, rows], axis=-1).reshape(-1, 2) / fine - (fine - 1) / (2 * fine)
+        slopes = lens.rays(at)[:, :2]
+        focal = lens.fx * fine
+        low = np.floor(slopes.min(axis=0) * focal) - _MARGIN
+        size = (np.ceil(slopes.max(axis=0) * focal) - low + _MARGIN).astype(int)
+        canvas = Intrinsics(int(size[0]), int(size[1]), focal, focal, float(-low[0]), float(-low[1]))
+        pixel = np.rint(slopes * focal - low).astype(np.int32)
+        source = (pixel[:, 1] * canvas.width + pixel[:, 0]).reshape(rows.shape)
+        middle = slopes.reshape(*rows.shape, 2)[fine // 2 :: fine, fine // 2 :: fine]
+        return cls(canvas, fine, source, np.ascontiguousarray(middle, dtype=np.float32))
+
+    def on_grid(self, drawn: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+        """(fine h, fine w) of a picture (canvas h, canvas w)."""
+        return np.ascontiguousarray(drawn).ravel().take(self.source)
+
+
+def normals_angle(depth: Depth, slopes: npt.NDArray[np.float32], reach: int = 1) -> Depth:
+    """(h, w) angle between each pixel's ray and the normal of the surface it meets, rad.
+
+    Args:
+        depth: (h, w) mm.
+        slopes: (h, w, 2) of the rays.
+        reach: Pixels to each side over which the surface is taken as flat.
+    """
+    points = np.concatenate([slopes * depth[..., None], depth[..., None]], axis=-1)
+    across, down = np.zeros_like(points), np.zeros_like(points)
+    across[:, reach:-reach] = points[:, 2 * reach :] - points[:, : -2 * reach]
+    down[reach:-reach] = points[2 * reach :] - points[: -2 * reach]
+    normal = np.cross(across, down)
+    length = np.linalg.norm(normal, axis=-1) * np.linalg.norm(points, axis=-1)
+    cosine = np.abs((normal * points).sum(axis=-1)) / np.maximum(length, 1e-6)
+    out: Depth = np.arccos(np.clip(np.where(length > 0, cosine, 1.0), 0.0, 1.0)).astype(np.float32)
+    return out

@@ -1,0 +1,161 @@
+"""One interface to three ways of drawing the same scene: OpenGL, Embree's rays, MuJoCo's rays."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from kempelen.core.camera import Depth, Intrinsics, Picture
+from kempelen.core.errors import TwinError
+from kempelen.core.geometry import Array, Transform
+from kempelen.twin.cameras.settings import Lighting
+from kempelen.twin.physics.appearance import HIDDEN
+from kempelen.twin.physics.scene import Scene
+
+Ids = npt.NDArray[np.int16]
+
+NEAR, FAR = 50.0, 6000.0
+"""Nothing nearer or farther is drawn, mm."""
+
+
+AMBIENT_SHARE = 0.5
+"""Of the room's light that comes from everywhere alike; the rest comes from above."""
+SPECULAR_SHARE = 0.5
+"""Of the lamp's strength, in highlights."""
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """Pixels of a picture: columns ``left`` up to ``right``, rows ``top`` up to ``bottom``."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return max(0, self.right - self.left)
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return max(0, self.bottom - self.top)
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """To index a picture."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def grown(self, by: int, width: int, height: int) -> "Region":
+        """Larger on all sides, as far as a picture of that size reaches."""
+        return Region(
+            max(self.left - by, 0),
+            max(self.top - by, 0),
+            min(self.right + by, width),
+            min(self.bottom + by, height),
+        )
+
+    @classmethod
+    def whole(cls, intrinsics: Intrinsics) -> "Region":
+        """All of a picture."""
+        return cls(0, 0, intrinsics.width, intrinsics.height)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A pinhole camera without distortion, and with square pixels, in the robot's frame."""
+
+    intrinsics: Intrinsics
+    robot_from_camera: Transform
+
+
+class Stage(Protocol):
+    """What can be seen: a world, a simulation, a studio."""
+
+    @property
+    def scene(self) -> Scene:
+        """What it was built from."""
+        ...
+
+    @property
+    def model(self) -> Any:
+        """MuJoCo's."""
+        ...
+
+    @property
+    def data(self) -> Any:
+        """MuJoCo's."""
+        ...
+
+
+class Renderer(Protocol):
+    """Draws a model. Both pictures are of the geometry that is drawn, not of that which is touched."""
+
+    name: str
+
+    def look(self, data: Any, scene: Scene, lighting: Lighting) -> None:
+        """Take in where everything is now, as MuJoCo's kinematics has it."""
+        ...
+
+    def colour(self, view: View, region: Region) -> Picture:
+        """(h, w, 3) blue, green, red of a part of the picture."""
+        ...
+
+    def geometry(self, view: View, region: Region) -> tuple[Depth, Ids]:
+        """(h, w) depth along the view, mm, 0 for nothing, and number of the geom, -1 for nothing."""
+        ...
+
+    def close(self) -> None:
+        """Give back what it holds."""
+        ...
+
+
+def drawn_geoms(model: Any) -> npt.NDArray[np.intp]:
+    """Numbers of the geoms that are seen."""
+    return np.flatnonzero((model.geom_group < HIDDEN) & (model.geom_rgba[:, 3] > 0))
+
+
+def _gl(model: Any) -> Renderer:
+    from kempelen.twin.cameras.render_gl import GlRenderer  # noqa: PLC0415 - OpenGL may be missing
+
+    return GlRenderer(model)
+
+
+BACKENDS: Mapping[str, Callable[[Any], Renderer]] = {"gl": _gl}
+
+
+def make_renderer(model: Any, backend: str = "auto") -> Renderer:
+    """The back end of that name, or the first that works.
+
+    Raises:
+        TwinError: it does not work here.
+    """
+    return _gl(model)
+
+
+def kinematics(stage: Stage, data: Any) -> None:
+    """Bring (own) ``data`` of the stage's model to where the stage is now, without touching the stage's."""
+    data.qpos[:] = stage.data.qpos
+    data.mocap_pos[:] = stage.data.mocap_pos
+    data.mocap_quat[:] = stage.data.mocap_quat
+    mujoco.mj_kinematics(stage.model, data)
+
+
+def lamp_and_board(scene: Scene, lighting: Lighting) -> tuple[Array, Array]:
+    """(3,) the lamp and (3,) the board's middle, robot frame, mm."""
+    middle = np.array([4 * scene.table.square, 4 * scene.table.square, 0.0])
+    robot_from_board = scene.table.robot_from_board
+    return robot_from_board @ np.array(lighting.lamp), robot_from_board @ middle
+
+
+def no_backend(reason: str) -> TwinError:
+    """What to say where nothing can be drawn."""
+    return TwinError(
+        f"The twin's camera cannot draw: {reason}.",
+        hint="Set MUJOCO_GL to egl or osmesa and install that library, or install embreex.",
+    )

@@ -1,0 +1,91 @@
+"""Depth by stereo matching: smooth over the matched window, blind where only one eye sees."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kempelen.core.camera import Depth
+from kempelen.twin.cameras.fields import Bank
+from kempelen.twin.cameras.models import CameraModel
+from kempelen.twin.cameras.noise import Noise
+from kempelen.twin.cameras.surfaces import Surfaces
+
+_WINDOW = 7
+"""Pixels of the matched patch."""
+_STEP = 1 / 32
+"""Disparities are reported in steps of this, pixels."""
+_HOLE = 3.0
+"""Size of a patch without match, pixels."""
+
+
+@dataclass(slots=True)
+class Expectation:
+    """(h, w) disparity in pixels, 0 where nothing can be matched; spread of the disparity; loss."""
+
+    disparity: Depth
+    spread: Depth
+    loss: Depth
+
+
+class Stereo:
+    """A pair of eyes with a projector.
+
+    Args:
+        model: Optics and baseline.
+        rng: Of its noise.
+    """
+
+    def __init__(self, model: CameraModel, rng: np.random.Generator) -> None:
+        size = (model.depth.height, model.depth.width)
+        self._model = model
+        self._scale = np.float32(model.depth.fx * model.baseline)
+        self._error = Bank.normal(rng, *size, smooth=_WINDOW / 4)
+        self._patches = Bank.normal(rng, *size, smooth=_HOLE)
+
+    def expect(self, seen: Surfaces, noise: Noise) -> Expectation:
+        """Everything but chance."""
+        disparity = np.where(seen.depth > 0, self._scale / np.maximum(seen.depth, 1), 0).astype(np.float32)
+        hidden = _occluded(disparity)
+        if noise.disparity:
+            # A window that holds an edge reports its nearer side: objects grow, corners become round.
+            disparity = cv2.GaussianBlur(cv2.medianBlur(disparity, 5), (_WINDOW, _WINDOW), 0)
+        disparity[hidden | (seen.depth <= 0)] = 0
+        dark = 1 / np.sqrt(np.maximum(seen.infrared, 0.1)) if noise.dark_spread else 1.0
+        loss = noise.holes + noise.dropout * (seen.glossy & (seen.infrared < 0.25))
+        return Expectation(
+            disparity,
+            np.asarray(noise.disparity * dark * np.ones_like(disparity), np.float32),
+            np.asarray(loss * np.ones_like(disparity), np.float32),
+        )
+
+    def measure(self, expected: Expectation, noise: Noise) -> Depth:
+        """A frame: (h, w) mm."""
+        disparity = expected.disparity
+        if noise.disparity:
+            disparity = disparity + expected.spread * self._error.cut()
+            disparity = np.rint(disparity * np.float32(1 / _STEP)) * np.float32(_STEP)
+        out: Depth = self._scale / np.maximum(disparity, np.float32(_STEP)) + np.float32(noise.offset)
+        empty = expected.disparity <= 0
+        if expected.loss.max() > 0:
+            empty |= self._patches.cut() < _quantile(expected.loss)
+        empty |= (out < self._model.nearest) | (out > self._model.farthest)
+        out[empty] = 0
+        return out
+
+
+def _occluded(disparity: Depth) -> npt.NDArray[np.bool_]:
+    """(h, w) what the left eye sees and the right one does not: something farther right covers it there."""
+    right = np.arange(disparity.shape[1], dtype=np.float32) - disparity
+    least = np.minimum.accumulate(right[:, ::-1], axis=1)[:, ::-1]
+    covered = np.zeros(disparity.shape, bool)
+    covered[:, :-1] = least[:, 1:] < right[:, :-1] - 1
+    return covered
+
+
+def _quantile(share: Depth) -> Depth:
+    """Below which a standard normal number falls with that probability, about (Tukey's lambda)."""
+    p = np.clip(share, 1e-4, 0.9999)
+    out: Depth = ((p**0.135 - (1 - p) ** 0.135) / 0.1975).astype(np.float32)
+    return np.where(share > 0, out, -np.inf).astype(np.float32)

@@ -1,0 +1,116 @@
+"""What a depth camera's light meets: how far, how dark, how shiny, and how near a piece's foot."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from kempelen.core.camera import Depth
+from kempelen.core.geometry import Transform
+from kempelen.twin.cameras.optics import DepthOptics, normals_angle
+from kempelen.twin.cameras.render import Ids
+from kempelen.twin.physics.appearance import BLACK, BOARD, WHITE
+from kempelen.twin.physics.look import board_paint
+from kempelen.twin.physics.scene import Scene
+
+_LUMINANCE = np.array([0.3, 0.59, 0.11])
+_BRIGHTEST = 0.75
+"""Luminance that reflects all the infrared light that anything does."""
+_SHINY = 0.3
+"""Gloss from which on a piece is varnished."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surfaces:
+    """Without any noise.
+
+    Attributes:
+        depth: (h, w) mm, at the pixels' centres.
+        angle: (h, w) between ray and normal, rad.
+        infrared: (h, w) share of the infrared light that comes back; 1 is white.
+        glossy: (h, w) whether it is varnished.
+        foot_distance: (h, w) mm, to the nearest piece as seen in the picture.
+        fine_depth: (fine h, fine w) mm.
+        fine_infrared: (fine h, fine w), without the board's pattern.
+    """
+
+    depth: Depth
+    angle: Depth
+    infrared: Depth
+    glossy: npt.NDArray[np.bool_]
+    foot_distance: Depth
+    fine_depth: Depth
+    fine_infrared: Depth
+
+
+class Materials:
+    """Infrared properties of a model's geoms.
+
+    Args:
+        model: MuJoCo's.
+        scene: What it was built from.
+    """
+
+    def __init__(self, model: Any, scene: Scene) -> None:
+        names = {name: int(model.material(name).id) for name in (WHITE, BLACK, BOARD)}
+        colour = np.array(model.geom_rgba[:, :3], dtype=np.float64)
+        material = np.array(model.geom_matid)
+        painted = material >= 0
+        colour[painted] = model.mat_rgba[material[painted], :3]
+        look = scene.look
+        colour[material == names[BOARD]] = (np.array(look.light) + look.dark) / 2
+        # One more row, for -1: nothing.
+        self.infrared = np.append(_infrared(colour), 1.0).astype(np.float32)
+        piece = np.isin(material, (names[WHITE], names[BLACK]))
+        self.piece = np.append(piece, False)
+        self.board = np.append(material == names[BOARD], False)
+        self.glossy = np.append(piece & (look.gloss >= _SHINY), False)
+        self._paint = _infrared(board_paint(look, scene.table.square) / 255.0).astype(np.float32)
+        self._origin = look.border_width
+        self._scale = self._paint.shape[0] / (8 * scene.table.square + 2 * look.border_width)
+        self._scene = scene
+
+    def see(self, optics: DepthOptics, pose: Transform, drawn: tuple[Depth, Ids]) -> Surfaces:
+        """What a camera at ``robot_from_camera`` meets, from its picture of depth and geoms."""
+        fine_depth = np.asarray(optics.on_grid(drawn[0]), dtype=np.float32)
+        fine_ids = np.asarray(optics.on_grid(drawn[1]), dtype=np.int16)
+        middle = slice(optics.fine // 2, None, optics.fine)
+        depth, ids = np.ascontiguousarray(fine_depth[middle, middle]), fine_ids[middle, middle]
+        infrared = self.infrared[ids]
+        board_from_camera = self._scene.table.robot_from_board.inverse() @ pose
+        on_board = np.nonzero(self.board[ids])
+        infrared[on_board] = self._painted(board_from_camera, optics.slopes[on_board], depth[on_board])
+        return Surfaces(
+            depth,
+            normals_angle(depth, optics.slopes),
+            infrared,
+            self.glossy[ids],
+            _distance(self.piece[ids], depth, optics),
+            fine_depth,
+            self.infrared[fine_ids],
+        )
+
+    def _painted(
+        self, board_from_camera: Transform, slopes: npt.NDArray[np.float32], depth: Depth
+    ) -> npt.NDArray[np.float32]:
+        """(n,) the board's pattern where (n,) rays meet it."""
+        ray = np.concatenate([slopes, np.ones((len(slopes), 1), np.float32)], axis=1)
+        points = board_from_camera @ (ray * depth[:, None])
+        last = self._paint.shape[0] - 1
+        column = ((points[:, 0] + self._origin) * self._scale).astype(int)
+        row = last - ((points[:, 1] + self._origin) * self._scale).astype(int)
+        return self._paint[np.clip(row, 0, last), np.clip(column, 0, last)]
+
+
+def _infrared(colour: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    """Share that comes back of a (..., 3) red, green, blue surface: dark ones are less dark than they look."""
+    return np.asarray(np.clip(colour @ _LUMINANCE / _BRIGHTEST, 0.02, 1.2))
+
+
+def _distance(piece: npt.NDArray[np.bool_], depth: Depth, optics: DepthOptics) -> Depth:
+    """(h, w) mm from each pixel to the nearest one of a piece."""
+    pixels = cv2.distanceTransform((~piece).astype(np.uint8), cv2.DIST_L2, 3)
+    out: Depth = pixels * (depth * np.float32(optics.fine / optics.canvas.fx))
+    return np.where(piece, np.float32(1e4), out)  # on a piece itself: seen directly
