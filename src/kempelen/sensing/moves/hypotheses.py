@@ -32,11 +32,11 @@ class Happened(IntEnum):
 
 PRIOR = {
     Happened.STANDING: 0.5,
-    Happened.MOVE: 0.45,
+    Happened.MOVE: 0.457,
     Happened.BACK: 0.02,
     Happened.TWO: 0.015,
     Happened.REPLACED: 0.005,
-    Happened.HALF: 0.01,
+    Happened.HALF: 0.003,
 }
 """Of a settled board without a hand over it. Half-made moves share theirs; but see ``FORGOTTEN``."""
 
