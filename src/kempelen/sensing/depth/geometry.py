@@ -14,7 +14,7 @@ from kempelen.core.camera import Frame, Intrinsics
 from kempelen.core.errors import BoardNotFoundError, CalibrationError
 from kempelen.core.geometry import Array, Transform
 from kempelen.sensing.depth.plane import Plane, fit_board_plane
-from kempelen.sensing.sighting import BoardSighting
+from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting
 
 MARGIN = 1.5
 """Squares around the board that are looked at too: a hand comes from there, taken pieces lie there."""
@@ -23,9 +23,11 @@ _CEILING = 260.0  # mm above the board: as high as a hand is looked for
 _PLANE_POINTS = 6000
 _PIXELS_PER_CELL = 2.2  # along a side, so that a cell has about five points
 _CELLS = (4, 8)
+_EDGE_ON = -1e-6  # rise of a ray towards the plane: above it the two never meet
 
 Pixels = npt.NDArray[np.float32]
 Cells = npt.NDArray[np.int32]
+Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,7 +178,9 @@ def place_board(cameras: Cameras, sighting: BoardSighting, plane: Plane) -> Boar
     square = float(np.sqrt(np.linalg.norm(along[0]) * np.linalg.norm(along[1])))
     to_squares = np.linalg.pinv(along.T)
     rows, columns = _window(cameras.depth, origin, along, plane.normal)
-    pixels = np.stack(np.meshgrid(np.arange(columns.start, columns.stop), np.arange(rows.start, rows.stop)), -1)
+    pixels = np.stack(
+        np.meshgrid(np.arange(columns.start, columns.stop), np.arange(rows.start, rows.stop)), -1
+    )
     rays = cameras.depth.rays(pixels.astype(np.float64))
     axes = np.concatenate([to_squares, plane.normal[None]])
     middle = to_squares @ (np.zeros(3) - origin) - 4.0
@@ -202,8 +206,9 @@ def _board_points(depth: Pixels, cameras: Cameras, sighting: BoardSighting) -> A
     ahead = seen[:, 2] > 0
     points, seen = points[ahead], seen[ahead]
     where = sighting.board_points(cameras.colour.project(seen))
-    inside = points[((where > 0) & (where < 8)).all(axis=1)]
-    return inside[:: max(1, len(inside) // _PLANE_POINTS)]
+    inside = points[((where > OUTER_CORNERS.min()) & (where < OUTER_CORNERS.max())).all(axis=1)]
+    sample: Array = inside[:: max(1, len(inside) // _PLANE_POINTS)]
+    return sample
 
 
 def _lattice_on_plane(cameras: Cameras, sighting: BoardSighting, plane: Plane) -> tuple[Array, Array]:
@@ -213,7 +218,7 @@ def _lattice_on_plane(cameras: Cameras, sighting: BoardSighting, plane: Plane) -
     rays = cameras.colour.rays(sighting.pixels(np.stack([x, y], -1))) @ depth_from_colour.rotation.T
     start = depth_from_colour.translation
     away = rays @ plane.normal
-    if (away > -1e-6).any():
+    if (away > _EDGE_ON).any():
         raise BoardNotFoundError(
             "The board's plane, as depth measures it, lies edge-on to the colour camera.",
             hint="Depth and colour do not belong together, or the camera is too low.",

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from kempelen.core.geometry import Array
-from kempelen.sensing.depth.geometry import MARGIN, BoardView, Pixels
+from kempelen.sensing.depth.geometry import MARGIN, BoardView, Mask, Pixels
 
 DISC = 0.19
 """Radius, squares, of what a piece is looked for with: the head of a pawn on a square of its size."""
@@ -31,23 +31,20 @@ class HeightMap:
             below rank 1, column 0 to the left of the a file.
         counts: (size, size) points.
         missing: (size, size) pixels that look at the cell's bare place and measured nothing.
+        window: (h, w) mm, the depth that it was made of.
         view: The geometry that it was made with.
     """
 
     heights: Pixels
     counts: Pixels
     missing: Pixels
+    window: Pixels
     view: BoardView
 
     @property
     def board(self) -> slice:
         """The cells of the board along either axis."""
         return board_cells(self.view.cells)
-
-    def cell_centres(self) -> tuple[Array, Array]:
-        """Board coordinates x and y, squares, of the rows and columns' cells."""
-        at = (np.arange(self.view.size) + 0.5) / self.view.cells - MARGIN
-        return at, at
 
 
 def board_cells(cells: int) -> slice:
@@ -58,7 +55,7 @@ def board_cells(cells: int) -> slice:
 
 def map_heights(view: BoardView, depth: Pixels) -> HeightMap:
     """Collect a depth picture's points where they are in space, seen from straight above."""
-    window = view.crop(depth)
+    window = np.nan_to_num(view.crop(depth), nan=0.0, posinf=0.0, neginf=0.0)
     index, height = view.cell_of(window)
     flat = index.ravel()
     counts = view.count(flat)
@@ -66,7 +63,7 @@ def map_heights(view: BoardView, depth: Pixels) -> HeightMap:
     with np.errstate(invalid="ignore", divide="ignore"):
         heights = total / counts
     missing = view.count(view.bare[window <= 0])
-    return HeightMap(heights.astype(np.float32), counts, missing, view)
+    return HeightMap(heights.astype(np.float32), counts, missing, window, view)
 
 
 def by_square(grid: Pixels, cells: int) -> Pixels:
@@ -82,7 +79,7 @@ class Peaks:
     Attributes:
         scores: (64,) mm, the largest mean; NaN where too little is seen.
         mirror: (64,) mm, the same of the map turned upside down: what noise alone does.
-        offsets: (64, 2) squares, from the square's centre to the disc's, refined to parts of a cell.
+        offsets: (64, 2) squares, from the square's centre to the disc's, a centroid.
         seen: (64,) share of the expected points that were measured in the middle of the square.
         tops: (64,) mm, the highest mean over a third of the disc's area.
     """
@@ -112,9 +109,10 @@ class Contrast:
 
     def over_ring(self, slope: float) -> Pixels:
         """The disc over what its surroundings predict of it."""
-        return self.disc - np.float32(slope) * np.where(np.isnan(self.ring), 0, self.ring)
+        level = np.nan_to_num(self.ring, nan=0.0)
+        return (self.disc - np.float32(slope) * level).astype(np.float32, copy=False)
 
-    def slope(self, empty: Array, cells: int) -> float:
+    def slope(self, empty: Mask, cells: int) -> float:
         """How much of the surroundings' level the disc shares where nothing stands, 0 to 1.
 
         Blotches wider than a piece raise both, white noise only one of them.
@@ -164,9 +162,10 @@ def find_peaks(contrast: Contrast, cells: int, slope: float, shift: Array) -> Pe
     """
     over = contrast.over_ring(slope)
     window = _window(cells, shift)
-    scores, offsets = _highest(over, window, cells)
-    mirror, _ = _highest(-over, window, cells)
-    tops, _ = _highest(contrast.top, window, cells)
+    scores = _highest(over, window, cells)
+    offsets = _centroids(over, cells, scores, window)
+    mirror = _highest(-over, window, cells)
+    tops = _highest(contrast.top, window, cells)
     seen = by_square(contrast.seen, cells)[:, cells // 2, cells // 2].astype(np.float64)
     return Peaks(scores, mirror, offsets, seen, tops)
 
@@ -200,18 +199,21 @@ def _window(cells: int, shift: Array) -> Pixels:
     return offsets.astype(np.float32)
 
 
-def _highest(mean: Pixels, window: Pixels, cells: int) -> tuple[Array, Array]:
-    """(64,) largest value within reach, NaN without one, and (64, 2) where it is."""
+def _highest(mean: Pixels, window: Pixels, cells: int) -> Array:
+    """(64,) largest value within reach of each square's centre; NaN without one."""
     allowed = ~np.isnan(window[..., 0]).ravel()
     values = by_square(mean, cells).reshape(64, -1)[:, allowed]
-    places = window.reshape(-1, 2)[allowed]
-    blind = np.isnan(values)
-    filled = np.where(blind, -np.inf, values)
-    best = filled.argmax(axis=1)
-    rows = np.arange(64)
-    scores = filled[rows, best].astype(np.float64)
-    offsets = places[best].astype(np.float64)
-    nothing = blind.all(axis=1)
-    scores[nothing] = np.nan
-    offsets[nothing] = np.nan
-    return scores, offsets
+    highest = np.where(np.isnan(values), -np.inf, values).max(axis=1)
+    return np.where(np.isfinite(highest), highest, np.nan).astype(np.float64)
+
+
+def _centroids(over: Pixels, cells: int, scores: Array, window: Pixels) -> Array:
+    """(64, 2) squares, of what rises above half of each square's score within reach; NaN without a score."""
+    values = np.nan_to_num(by_square(over, cells), nan=0.0)
+    allowed = ~np.isnan(window[..., 0])
+    excess = np.maximum(values - 0.5 * np.nan_to_num(scores, nan=np.inf)[:, None, None], 0.0) * allowed
+    amount = excess.sum(axis=(1, 2))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        middle = np.einsum("sij,ijk->sk", excess, np.nan_to_num(window, nan=0.0)) / amount[:, None]
+    out: Array = middle.astype(np.float64)
+    return out

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.special import gammaln
 
 from kempelen.core.geometry import Array
+from kempelen.sensing.depth.geometry import Mask
 from kempelen.sensing.depth.heights import Peaks
 from kempelen.sensing.parameters import Parameter, Parameters
 
@@ -14,6 +15,8 @@ _TAIL = 4.0  # degrees of freedom: depth noise has far outliers, one in some hun
 _STRAY = 1e-4  # of squares show anything between none and _HIGHEST, whatever stands there
 _HIGHEST = 150.0  # mm
 _PRIOR_SQUARES = 8.0  # that the prior of the pieces' heights counts for
+_PRIOR_HOLES = 64.0  # squares that the priors of holes count for
+_FEWEST_SHIFTED = 8  # pieces
 _PRIOR_NULL = 16.0  # that the prior of the noise counts for
 _STEPS = 8
 _SURE = 0.95
@@ -106,7 +109,7 @@ def hole_density(missing: Array) -> Array:
     return out
 
 
-def estimate(evidence: Evidence, parameters: Parameters, position: Array | None) -> None:
+def estimate(evidence: Evidence, parameters: Parameters, position: Mask | None) -> None:
     """Take the noise from the mirrored scores, and the pieces' heights from what stands out.
 
     Args:
@@ -115,20 +118,31 @@ def estimate(evidence: Evidence, parameters: Parameters, position: Array | None)
         position: (64,) whether a piece stands on each square; None when unknown: by expectation and
             maximisation, then.
     """
-    occupied = ~surely_empty(evidence, parameters) if position is None else np.asarray(position, dtype=bool)
+    occupied = ~surely_empty(evidence, parameters) if position is None else position
     _estimate_noise(evidence, parameters, ~occupied)
     for _ in range(_STEPS if position is None else 1):
         _estimate_pieces(evidence, parameters, position)
+    if position is not None:
+        _estimate_holes(evidence, parameters, occupied)
+    _estimate_shift(
+        evidence, parameters, _surely_occupied(evidence, parameters) if position is None else position
+    )
 
 
-def surely_empty(evidence: Evidence, parameters: Parameters) -> Array:
+def surely_empty(evidence: Evidence, parameters: Parameters) -> Mask:
     """(64,) squares that are at least e^2 times likelier empty than not."""
     empty, piece = occupied_over_empty(evidence, parameters)
-    out: Array = empty - piece > _CLEAR
+    out: Mask = empty - piece > _CLEAR
     return out
 
 
-def _estimate_noise(evidence: Evidence, parameters: Parameters, empty: Array) -> None:
+def _surely_occupied(evidence: Evidence, parameters: Parameters) -> Mask:
+    empty, piece = occupied_over_empty(evidence, parameters)
+    out: Mask = piece - empty > _CLEAR
+    return out
+
+
+def _estimate_noise(evidence: Evidence, parameters: Parameters, empty: Mask) -> None:
     ratio = evidence.peaks.mirror[empty] / evidence.noise[empty]
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio):
@@ -141,7 +155,7 @@ def _estimate_noise(evidence: Evidence, parameters: Parameters, empty: Array) ->
     parameters.estimate("depth.empty_scale", share * scale + (1 - share) * 0.5, source)
 
 
-def _estimate_pieces(evidence: Evidence, parameters: Parameters, position: Array | None) -> None:
+def _estimate_pieces(evidence: Evidence, parameters: Parameters, position: Mask | None) -> None:
     scores = evidence.peaks.scores
     if position is None:
         empty, piece = occupied_over_empty(evidence, parameters)
@@ -157,3 +171,25 @@ def _estimate_pieces(evidence: Evidence, parameters: Parameters, position: Array
     source = f"{weights.sum():.0f} pieces"
     parameters.estimate("depth.piece_height", float(np.exp(middle)), source)
     parameters.estimate("depth.piece_spread", float(np.sqrt(variance)), source)
+
+
+def _estimate_holes(evidence: Evidence, parameters: Parameters, occupied: Mask) -> None:
+    """How often pieces vanish and empty squares have holes, in frames of a known position."""
+    hole = hole_density(evidence.missing) > whole_density(evidence.missing)
+    flat = ~(evidence.peaks.scores > 0.4 * parameters["depth.piece_height"])
+    for name, prior, counted, all_of in (
+        ("depth.vanish", 0.02, hole & flat & occupied, occupied),
+        ("depth.empty_holes", 0.03, hole & ~occupied, ~occupied),
+    ):
+        share = (counted.sum() + _PRIOR_HOLES * prior) / (all_of.sum() + _PRIOR_HOLES)
+        parameters.estimate(name, float(share), f"{counted.sum()} of {all_of.sum()} squares")
+
+
+def _estimate_shift(evidence: Evidence, parameters: Parameters, occupied: Mask) -> None:
+    """Registration of depth to colour: where known pieces appear in their squares, on average."""
+    seen = occupied & np.isfinite(evidence.peaks.offsets[:, 0])
+    if seen.sum() < _FEWEST_SHIFTED:
+        return
+    for axis, name in enumerate(("depth.shift_x", "depth.shift_y")):
+        middle = float(np.median(evidence.peaks.offsets[seen, axis]))
+        parameters.estimate(name, middle, f"{seen.sum()} known pieces")

@@ -4,12 +4,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from kempelen.core.camera import Frame
 from kempelen.core.geometry import Array
 from kempelen.core.senses import EMPTY
-from kempelen.sensing.depth.geometry import BoardView, Pixels, depth_of, view_board
-from kempelen.sensing.depth.heights import HeightMap, Peaks, board_cells, by_square, find_contrast, find_peaks, map_heights
+from kempelen.sensing.depth.geometry import BoardView, Mask, Pixels, depth_of, view_board
+from kempelen.sensing.depth.heights import (
+    Contrast,
+    HeightMap,
+    board_cells,
+    by_square,
+    find_contrast,
+    find_peaks,
+    map_heights,
+)
 from kempelen.sensing.depth.likelihood import (
     Evidence,
     depth_parameters,
@@ -21,7 +30,27 @@ from kempelen.sensing.depth.reference import EmptyReference
 from kempelen.sensing.parameters import Parameters
 from kempelen.sensing.sighting import BoardSighting
 
+_MOVED = 0.03  # squares: registration found this far off, the squares are looked for anew
 _CORE = 0.25  # squares from the centre: where holes are counted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthLook:
+    """What is measured in one frame, before anything is concluded from it.
+
+    Attributes:
+        map: Heights over the plane.
+        raised: (8 cells, 8 cells) heights over the empty board, mm; NaN where unknown.
+        contrast: Their local means.
+        evidence: Of each square.
+        noise: Of the cells, mm.
+    """
+
+    map: HeightMap
+    raised: Pixels
+    contrast: Contrast
+    evidence: Evidence
+    noise: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,17 +61,15 @@ class DepthReading:
         log_likelihood: (64, 3) log p(depth seen of the square | empty, white, black); the last two are equal.
         heights: (64,) mm above the board of what stands highest in each square; NaN where nothing is seen.
         offsets: (64, 2) mm, board frame, of it from the square's centre; NaN where nothing stands.
-        map: Heights over the plane.
-        raised: (8 cells, 8 cells) heights over the empty board.
-        peaks: What stands out of each square.
+        hand: Whether something is over the board; False where no gate was asked.
+        look: What it was concluded from.
     """
 
     log_likelihood: Array
     heights: Array
     offsets: Array
-    map: HeightMap
-    raised: Pixels
-    peaks: Peaks
+    hand: bool
+    look: DepthLook
 
 
 class DepthReader:
@@ -58,12 +85,29 @@ class DepthReader:
         self._reference: EmptyReference | None = None
 
     @property
-    def view(self) -> BoardView | None:
-        """How depth pixels lie on the board; None before the first frame."""
+    def view(self) -> BoardView:
+        """How depth pixels lie on the board.
+
+        Raises:
+            ValueError: `place` has not been called.
+        """
+        if self._view is None:
+            raise ValueError("the depth reader has not been placed on a board")
         return self._view
 
+    @property
+    def reference(self) -> EmptyReference:
+        """What is known of the empty board.
+
+        Raises:
+            ValueError: `place` has not been called.
+        """
+        if self._reference is None:
+            raise ValueError("the depth reader has not been placed on a board")
+        return self._reference
+
     def place(self, frame: Frame, sighting: BoardSighting) -> BoardView:
-        """Start anew on a board seen somewhere else.
+        """Look for a board where it was seen; what was learned of an empty one is kept as far as it fits.
 
         Raises:
             CalibrationError: the frame has no depth, or nobody knows how it relates to the colour picture.
@@ -72,11 +116,12 @@ class DepthReader:
         view = view_board(frame, sighting)
         if self._reference is None or self._view is None or view.cells != self._view.cells:
             self._reference = EmptyReference(view)
+        self._reference.refit()
         self._view = view
         return view
 
     def learn(
-        self, frames: Sequence[Frame], sighting: BoardSighting, position: Array | None = None
+        self, frames: Sequence[Frame], sighting: BoardSighting, position: npt.ArrayLike | None = None
     ) -> None:
         """Learn the empty board, the noise and the pieces' heights.
 
@@ -90,12 +135,8 @@ class DepthReader:
             BoardNotFoundError: as `place`.
         """
         self.place(frames[0], sighting)
-        occupied = None if position is None else np.asarray(position) != EMPTY
         for frame in frames:
-            seen, raised, evidence = self._look(frame)
-            estimate(evidence, self.parameters, occupied)
-            empty = surely_empty(evidence, self.parameters) if occupied is None else ~occupied
-            self._known_reference.remember(seen, empty)
+            self.learn_from(self.look(frame), position)
 
     def read(self, frame: Frame, sighting: BoardSighting | None = None) -> DepthReading:
         """Read the squares.
@@ -107,57 +148,70 @@ class DepthReader:
         Raises:
             CalibrationError: as `place`.
             BoardNotFoundError: as `place`.
+            ValueError: no board was ever placed.
         """
-        if sighting is not None or self._view is None:
-            if sighting is None:
-                raise ValueError("read() before the board was placed")
+        if sighting is not None:
             self.place(frame, sighting)
-        seen, raised, evidence = self._look(frame)
-        estimate(evidence, self.parameters, None)
-        empty, piece = occupied_over_empty(evidence, self.parameters)
-        log_likelihood = np.stack([empty, piece, piece], axis=1)
-        standing = piece > empty
-        offsets = np.where(standing[:, None], evidence.peaks.offsets - self._shift, np.nan)
-        return DepthReading(
-            log_likelihood - log_likelihood.max(axis=1, keepdims=True),
-            evidence.peaks.tops,
-            offsets * seen.view.square,
-            seen,
-            raised,
-            evidence.peaks,
-        )
+        look = self.look(frame)
+        before = self._shift
+        estimate(look.evidence, self.parameters, None)
+        if np.abs(self._shift - before).max() > _MOVED:
+            look = self.look(frame)
+        return self.judge(look)
 
-    @property
-    def _known_reference(self) -> EmptyReference:
-        if self._reference is None:
-            raise ValueError("place() comes first")
-        return self._reference
+    def look(self, frame: Frame) -> DepthLook:
+        """Measure a frame of the board where it was placed.
 
-    @property
-    def _shift(self) -> Array:
-        return np.array([self.parameters["depth.shift_x"], self.parameters["depth.shift_y"]])
-
-    def _look(self, frame: Frame) -> tuple[HeightMap, Pixels, Evidence]:
-        view, reference = self._view, self._known_reference
-        if view is None:
-            raise ValueError("place() comes first")
+        Raises:
+            CalibrationError: no depth, or of another size than its camera's.
+        """
+        view, reference = self.view, self.reference
         seen = map_heights(view, depth_of(frame))
         raised = reference.subtract(seen)
         board = board_cells(view.cells)
         contrast = find_contrast(raised, seen.counts[board, board], view, reference.noise)
         peaks = find_peaks(contrast, view.cells, self.parameters["depth.slope"], self._shift)
         noise = by_square(reference.local_noise(raised, view.cells), view.cells)
-        self.parameters.estimate("depth.noise", reference.noise, "lower side of the board")
-        self.parameters.estimate("depth.trust", reference.trust, "slope over the remembered board")
-        self.parameters.estimate("depth.dark_step", reference.coefficients[-1], "fit of the board")
-        evidence = Evidence(
-            peaks, noise[:, view.cells // 2, view.cells // 2].astype(np.float64), missing_share(seen)
-        )
-        empty = surely_empty(evidence, self.parameters)
+        middle = noise[:, view.cells // 2, view.cells // 2].astype(np.float64)
+        evidence = Evidence(peaks, middle, missing_share(seen))
+        return DepthLook(seen, raised, contrast, evidence, reference.noise)
+
+    def learn_from(self, look: DepthLook, position: npt.ArrayLike | None = None) -> None:
+        """Take in a frame that shows no hand.
+
+        Args:
+            look: At it.
+            position: (64,) of {0, 1, 2} what stands there; None when nobody knows.
+        """
+        occupied = None if position is None else np.asarray(position) != EMPTY
+        estimate(look.evidence, self.parameters, occupied)
+        empty = surely_empty(look.evidence, self.parameters)
+        if occupied is not None:
+            empty = ~occupied
+        self.reference.remember(look.map, empty)
+        self._note(look, empty)
+
+    def judge(self, look: DepthLook, *, hand: bool = False) -> DepthReading:
+        """Conclude from what was measured."""
+        empty, piece = occupied_over_empty(look.evidence, self.parameters)
+        log_likelihood = np.stack([empty, piece, piece], axis=1)
+        log_likelihood -= log_likelihood.max(axis=1, keepdims=True)
+        offsets = np.where((piece > empty)[:, None], look.evidence.peaks.offsets - self._shift, np.nan)
+        heights = look.evidence.peaks.tops
+        return DepthReading(log_likelihood, heights, offsets * look.map.view.square, hand, look)
+
+    def _note(self, look: DepthLook, empty: Mask) -> None:
+        reference, parameters = self.reference, self.parameters
+        parameters.estimate("depth.noise", reference.noise, "lower side of the board")
+        parameters.estimate("depth.trust", reference.trust, "slope over the remembered board")
+        parameters.estimate("depth.dark_step", reference.coefficients[-1], "fit of the board")
         if empty.any():
-            slope = contrast.slope(empty, view.cells)
-            self.parameters.estimate("depth.slope", slope, f"{empty.sum()} empty squares")
-        return seen, raised, evidence
+            slope = look.contrast.slope(empty, look.map.view.cells)
+            parameters.estimate("depth.slope", slope, f"{empty.sum()} empty squares")
+
+    @property
+    def _shift(self) -> Array:
+        return np.array([self.parameters["depth.shift_x"], self.parameters["depth.shift_y"]])
 
 
 def missing_share(seen: HeightMap) -> Array:
@@ -170,7 +224,7 @@ def missing_share(seen: HeightMap) -> Array:
     return out
 
 
-def _core(cells: int) -> Array:
+def _core(cells: int) -> Mask:
     at = (np.arange(cells) + 0.5) / cells - 0.5
-    out: Array = np.hypot(*np.meshgrid(at, at)) <= _CORE
+    out: Mask = np.hypot(*np.meshgrid(at, at)) <= _CORE
     return out

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from kempelen.core.geometry import Array
-from kempelen.sensing.depth.geometry import MARGIN, BoardView, Pixels
+from kempelen.sensing.depth.geometry import BoardView, Mask, Pixels
 from kempelen.sensing.depth.heights import HeightMap, board_cells
 
 _MAD = 1.4826  # of a normal distribution: sigma over median absolute deviation
@@ -56,7 +56,11 @@ class EmptyReference:
     @property
     def blotches(self) -> Pixels:
         """(8 cells, 8 cells) mm: the mean remainder of each cell; 0 where it was never seen empty."""
-        return self._total / np.maximum(self._evidence, 1.0)
+        return (self._total / np.maximum(self._evidence, 1.0)).astype(np.float32)
+
+    def refit(self) -> None:
+        """The plane was measured anew: the smooth part has to be fitted from the start."""
+        self._fitted = False
 
     def subtract(self, seen: HeightMap) -> Pixels:
         """(8 cells, 8 cells) heights of the board's cells over the empty board, mm; NaN where unknown."""
@@ -65,9 +69,9 @@ class EmptyReference:
         remainder = heights - self.surface
         blotches = self.blotches
         self.trust = _slope(remainder, blotches, self._evidence > 0, self.noise)
-        return remainder - self.trust * blotches
+        return (remainder - np.float32(self.trust) * blotches).astype(np.float32)
 
-    def remember(self, seen: HeightMap, empty: Array) -> None:
+    def remember(self, seen: HeightMap, empty: Mask) -> None:
         """Take the squares that are empty for certain into the reference.
 
         Args:
@@ -95,7 +99,8 @@ class EmptyReference:
         squares = cv2.boxFilter(below**2, -1, (reach, reach), normalize=False, borderType=cv2.BORDER_CONSTANT)
         amount = cv2.boxFilter(used, -1, (reach, reach), normalize=False, borderType=cv2.BORDER_CONSTANT)
         prior = cells * cells  # as strong as one square
-        return np.sqrt((squares + prior * self.noise**2) / (amount + prior)).astype(np.float32)
+        scatter: Pixels = np.sqrt((squares + prior * self.noise**2) / (amount + prior)).astype(np.float32)
+        return scatter
 
     def _fit(self, heights: Pixels) -> None:
         known = ~np.isnan(heights.ravel())
@@ -104,6 +109,7 @@ class EmptyReference:
         if len(wanted) <= len(_SPREADS):
             return
         if not self._fitted:
+            self._coefficients[:] = 0.0
             self._coefficients[0] = np.median(wanted)
         for _ in range(_STEPS if self._fitted else _FIRST_STEPS):
             self._step(design, wanted)
@@ -115,24 +121,23 @@ class EmptyReference:
         if len(below):
             self.noise = max(_MAD * float(np.median(-below)), _LEAST_NOISE)
         away = remainder / (2 * self.noise)
-        weights = 1 / (1 + away**2) ** np.where(away > 0, 2, 1)
+        weights = (1 + away**2) ** -np.where(away > 0, 2.0, 1.0)
         weighted = design * weights[:, None]
         prior = np.diag(_BLOTCH * self.noise**2 / _SPREADS**2)
-        self._coefficients = np.linalg.solve(design.T @ weighted + prior, weighted.T @ wanted)
+        solved = np.linalg.solve(design.T @ weighted + prior, weighted.T @ wanted)
+        self._coefficients[:] = solved
 
 
 def _design(view: BoardView) -> Array:
     """(cells, 7) of a surface of second degree with a step for dark squares."""
-    start = round(MARGIN * view.cells)
     at = (np.arange(8 * view.cells) + 0.5) / view.cells
     x, y = (axis.ravel() for axis in np.meshgrid(at, at))
     dark = (np.floor(x) + np.floor(y)) % 2 == 0
-    del start
     u, v = x / 4 - 1, y / 4 - 1
     return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v, np.where(dark, 0.5, -0.5)], -1)
 
 
-def _slope(remainder: Pixels, blotches: Pixels, known: Array, noise: float) -> float:
+def _slope(remainder: Pixels, blotches: Pixels, known: Mask, noise: float) -> float:
     """How much of the remembered remainder shows again, 0 to 1."""
     alike = known & (np.abs(remainder) < _CLIP * noise)
     energy = float((blotches[alike] ** 2).sum())
