@@ -8,20 +8,20 @@ import pytest
 
 from kempelen.core.errors import TwinError
 from kempelen.core.table import Table, start_layout
-from kempelen.twin.physics import Scene, World, view
+from kempelen.twin.physics import Scene, World, opengl
 
 pytestmark = pytest.mark.physics
 
 
 @pytest.fixture
 def probe(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
-    view.opengl_works.cache_clear()
+    opengl.opengl_library.cache_clear()
     yield monkeypatch
-    view.opengl_works.cache_clear()
+    opengl.opengl_library.cache_clear()
 
 
 def test_a_view_shows_the_table() -> None:
-    if not view.opengl_works():
+    if opengl.opengl_library() is None:
         pytest.skip("OpenGL does not work here")
     table = Table()
     picture = World(Scene.from_layout(table, start_layout(table, chess.Board()))).render(64, 48)
@@ -30,7 +30,7 @@ def test_a_view_shows_the_table() -> None:
 
 
 def test_where_drawing_aborts_only_the_probe_dies(probe: pytest.MonkeyPatch) -> None:
-    probe.setattr(view, "_PROBE", "import os; os.abort()")
+    probe.setattr(opengl, "_PROBE", "import os; os.abort()")
     with pytest.raises(TwinError, match=r"OpenGL does not work here.*MUJOCO_GL"):
         World(Scene(Table(), ())).render()
 
@@ -40,7 +40,7 @@ def test_a_probe_that_hangs_counts_as_no(probe: pytest.MonkeyPatch) -> None:
         raise subprocess.TimeoutExpired("probe", 60.0)
 
     probe.setattr(subprocess, "run", hang)
-    assert not view.opengl_works()
+    assert opengl.opengl_library() is None
 
 
 @pytest.mark.parametrize(
@@ -54,6 +54,6 @@ def test_a_probe_that_hangs_counts_as_no(probe: pytest.MonkeyPatch) -> None:
 def test_impossible_views_are_refused(
     probe: pytest.MonkeyPatch, width: int, height: int, camera: str, words: str
 ) -> None:
-    probe.setattr(view, "_PROBE", "")
+    probe.setattr(opengl, "_PROBE", "")
     with pytest.raises(TwinError, match=words):
         World(Scene(Table(), ())).render(width, height, camera)

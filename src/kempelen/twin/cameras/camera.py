@@ -1,7 +1,7 @@
 """A virtual camera over the table."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import mujoco
 import numpy as np
@@ -73,7 +73,7 @@ class VirtualCamera:
             spec.optics, spec.placement, spec.lighting, spec.noise, seed=spec.seed, backend=spec.backend
         )
 
-    def __enter__(self) -> "VirtualCamera":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_exc: object) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Self
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -10,6 +11,7 @@ from kempelen.core.camera import Depth, Intrinsics
 from kempelen.twin.cameras.models import CameraModel
 
 Index = npt.NDArray[np.int32]
+Slopes = npt.NDArray[np.float32]
 
 _MARGIN = 4
 
@@ -28,30 +30,35 @@ class DepthOptics:
     canvas: Intrinsics
     fine: int
     source: Index
-    slopes: npt.NDArray[np.float32]
+    slopes: Slopes
 
     @classmethod
     def of(cls, model: CameraModel) -> Self:
         """For a model's depth camera."""
         lens, fine = model.depth, model.supersample
-        rows, columns = np.mgrid[: lens.height * fine, : lens.width * fine]
-        at = np.stack([columns, rows], axis=-1).reshape(-1, 2) / fine - (fine - 1) / (2 * fine)
-        slopes = lens.rays(at)[:, :2]
+        slopes, dense = _slopes(lens, fine)
         focal = lens.fx * fine
-        low = np.floor(slopes.min(axis=0) * focal) - _MARGIN
-        size = (np.ceil(slopes.max(axis=0) * focal) - low + _MARGIN).astype(int)
+        low = np.floor(dense.min(axis=(0, 1)) * focal) - _MARGIN
+        size = (np.ceil(dense.max(axis=(0, 1)) * focal) - low + _MARGIN).astype(int)
         canvas = Intrinsics(int(size[0]), int(size[1]), focal, focal, float(-low[0]), float(-low[1]))
-        pixel = np.rint(slopes * focal - low).astype(np.int32)
-        source = (pixel[:, 1] * canvas.width + pixel[:, 0]).reshape(rows.shape)
-        middle = slopes.reshape(*rows.shape, 2)[fine // 2 :: fine, fine // 2 :: fine]
-        return cls(canvas, fine, source, np.ascontiguousarray(middle, dtype=np.float32))
+        pixel = np.rint(dense * np.float32(focal) - low.astype(np.float32)).astype(np.int32)
+        return cls(canvas, fine, pixel[..., 1] * canvas.width + pixel[..., 0], slopes)
 
     def on_grid(self, drawn: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
         """(fine h, fine w) of a picture (canvas h, canvas w)."""
         return np.ascontiguousarray(drawn).ravel().take(self.source)
 
 
-def normals_angle(depth: Depth, slopes: npt.NDArray[np.float32], reach: int = 1) -> Depth:
+def _slopes(lens: Intrinsics, fine: int) -> tuple[Slopes, Slopes]:
+    """(h, w, 2) x/z and y/z of the pixels' rays, and (fine h, fine w, 2) of those between, interpolated."""
+    rows, columns = np.mgrid[-1 : lens.height + 1, -1 : lens.width + 1]
+    rays = lens.rays(np.stack([columns, rows], axis=-1).reshape(-1, 2))[:, :2]
+    slopes = rays.reshape(*rows.shape, 2).astype(np.float32)
+    dense = cv2.resize(slopes, None, fx=fine, fy=fine, interpolation=cv2.INTER_LINEAR)
+    return np.ascontiguousarray(slopes[1:-1, 1:-1]), np.asarray(dense[fine:-fine, fine:-fine], np.float32)
+
+
+def normals_angle(depth: Depth, slopes: Slopes, reach: int = 1) -> Depth:
     """(h, w) angle between each pixel's ray and the normal of the surface it meets, rad.
 
     Args:

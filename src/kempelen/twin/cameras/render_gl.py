@@ -18,6 +18,7 @@ from kempelen.twin.cameras.render import (
     lamp_and_board,
 )
 from kempelen.twin.cameras.settings import Lighting
+from kempelen.twin.physics.opengl import Canvas
 from kempelen.twin.physics.scene import Scene
 from kempelen.twin.physics.units import METRES
 
@@ -44,11 +45,7 @@ class GlRenderer:
         visual.quality.numslices, visual.quality.numstacks = _SLICES, _STACKS
         visual.quality.shadowsize = _SHADOW_MAP
         self._model = model
-        self._gl = mujoco.GLContext(*BUFFER)
-        self._gl.make_current()
-        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
-        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
+        self._canvas = Canvas(model)
         self._scene = mujoco.MjvScene(model, maxgeom=_MAX_GEOMS)
         self._option = mujoco.MjvOption()
         self._perturb, self._camera = mujoco.MjvPerturb(), mujoco.MjvCamera()
@@ -70,32 +67,27 @@ class GlRenderer:
         self._scene.nlight = 2
         _shine(first, lamp, middle - lamp, lighting.brightness * lighting.on)
         first.castshadow, first.ambient = int(lighting.shadows), np.zeros(3)
-        _shine(second, middle + (0.0, 0.0, _SKY), np.array([0.0, 0.0, -1.0]), 0.0)
+        _shine(second, middle + np.array([0.0, 0.0, _SKY]), np.array([0.0, 0.0, -1.0]), 0.0)
         second.castshadow = 0
         second.ambient = np.full(3, AMBIENT_SHARE * lighting.ambient * lighting.on)
         second.diffuse = np.full(3, (1 - AMBIENT_SHARE) * lighting.ambient * lighting.on)
 
     def colour(self, view: View, region: Region) -> Picture:
         """(h, w, 3) blue, green, red of a part of the picture."""
-        self._draw(view, region, ids=False)
-        out = np.empty((region.height, region.width, 3), dtype=np.uint8)
-        mujoco.mjr_readPixels(out, None, self._rect(region), self._context)
-        return np.ascontiguousarray(out[::-1, :, ::-1])
+        rgb, _ = self._draw(view, region, ids=False)
+        return np.ascontiguousarray(rgb[..., ::-1])
 
     def geometry(self, view: View, region: Region) -> tuple[Depth, Ids]:
         """(h, w) depth along the view, mm, 0 for nothing, and number of the geom, -1 for nothing."""
-        self._draw(view, region, ids=True)
-        size = (region.height, region.width)
-        code, z = np.empty((*size, 3), dtype=np.uint8), np.empty(size, dtype=np.float32)
-        mujoco.mjr_readPixels(code, z, self._rect(region), self._context)
+        code, z = self._draw(view, region, ids=True)
         near, far = np.float32(NEAR), np.float32(FAR)
         # Undo the reversed, hyperbolic depth buffer: 1 at the near plane, 0 at the far one.
         depth = (near * far / (far - near)) / (z + near / (far - near))
         ids = code[..., 0].astype(np.int16) + (code[..., 1].astype(np.int16) << 8) - 1
         depth[ids < 0] = 0
-        return depth[::-1], ids[::-1]
+        return depth, ids
 
-    def _draw(self, view: View, region: Region, *, ids: bool) -> None:
+    def _draw(self, view: View, region: Region, *, ids: bool) -> tuple[Picture, Depth]:
         flags = self._scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = ids
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not ids and bool(self._scene.lights[0].castshadow)
@@ -103,18 +95,11 @@ class GlRenderer:
         flags[mujoco.mjtRndFlag.mjRND_HAZE] = flags[mujoco.mjtRndFlag.mjRND_FOG] = False
         for camera in self._scene.camera:
             _aim(camera, view, region)
-        self._gl.make_current()
-        mujoco.mjr_render(self._rect(region), self._scene, self._context)
-
-    @staticmethod
-    def _rect(region: Region) -> Any:
-        return mujoco.MjrRect(0, 0, region.width, region.height)
+        return self._canvas.draw(self._scene, region.width, region.height)
 
     def close(self) -> None:
         """Give back the context."""
-        self._gl.make_current()
-        self._context.free()
-        self._gl.free()
+        self._canvas.close()
 
 
 def _shine(light: Any, where: Array, way: Array, strength: float) -> None:

@@ -10,7 +10,7 @@ from kempelen.core.camera import Depth
 from kempelen.twin.cameras.fields import Bank
 from kempelen.twin.cameras.models import CameraModel
 from kempelen.twin.cameras.noise import Noise
-from kempelen.twin.cameras.surfaces import Surfaces
+from kempelen.twin.cameras.surfaces import GLOSSY_IR, Surfaces
 
 _WINDOW = 7
 """Pixels of the matched patch."""
@@ -50,10 +50,11 @@ class Stereo:
         hidden = _occluded(disparity)
         if noise.disparity:
             # A window that holds an edge reports its nearer side: objects grow, corners become round.
-            disparity = cv2.GaussianBlur(cv2.medianBlur(disparity, 5), (_WINDOW, _WINDOW), 0)
+            smooth = cv2.GaussianBlur(cv2.medianBlur(disparity, 5), (_WINDOW, _WINDOW), 0)
+            disparity = np.asarray(smooth, np.float32)
         disparity[hidden | (seen.depth <= 0)] = 0
         dark = 1 / np.sqrt(np.maximum(seen.infrared, 0.1)) if noise.dark_spread else 1.0
-        loss = noise.holes + noise.dropout * (seen.glossy & (seen.infrared < 0.25))
+        loss = noise.holes + noise.dropout * (seen.glossy & (seen.infrared < GLOSSY_IR))
         return Expectation(
             disparity,
             np.asarray(noise.disparity * dark * np.ones_like(disparity), np.float32),
@@ -64,8 +65,8 @@ class Stereo:
         """A frame: (h, w) mm."""
         disparity = expected.disparity
         if noise.disparity:
-            disparity = disparity + expected.spread * self._error.cut()
-            disparity = np.rint(disparity * np.float32(1 / _STEP)) * np.float32(_STEP)
+            noisy = disparity + expected.spread * self._error.cut()
+            disparity = np.asarray(np.rint(noisy * np.float32(1 / _STEP)) * np.float32(_STEP), np.float32)
         out: Depth = self._scale / np.maximum(disparity, np.float32(_STEP)) + np.float32(noise.offset)
         empty = expected.disparity <= 0
         if expected.loss.max() > 0:

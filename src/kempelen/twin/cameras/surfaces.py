@@ -12,12 +12,14 @@ from kempelen.core.geometry import Transform
 from kempelen.twin.cameras.optics import DepthOptics, normals_angle
 from kempelen.twin.cameras.render import Ids
 from kempelen.twin.physics.appearance import BLACK, BOARD, WHITE
-from kempelen.twin.physics.look import board_paint
+from kempelen.twin.physics.paint import board_paint
 from kempelen.twin.physics.scene import Scene
 
 _LUMINANCE = np.array([0.3, 0.59, 0.11])
 _BRIGHTEST = 0.75
 """Luminance that reflects all the infrared light that anything does."""
+GLOSSY_IR = 0.25
+"""What reflects less than this and is varnished loses its light elsewhere."""
 _SHINY = 0.3
 """Gloss from which on a piece is varnished."""
 
@@ -101,11 +103,12 @@ class Materials:
         last = self._paint.shape[0] - 1
         column = ((points[:, 0] + self._origin) * self._scale).astype(int)
         row = last - ((points[:, 1] + self._origin) * self._scale).astype(int)
-        return self._paint[np.clip(row, 0, last), np.clip(column, 0, last)]
+        out: Depth = self._paint[np.clip(row, 0, last), np.clip(column, 0, last)]
+        return out
 
 
 def _infrared(colour: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
-    """Share that comes back of a (..., 3) red, green, blue surface: dark ones are less dark than they look."""
+    """Share that comes back of a (..., 3) red, green, blue surface."""
     return np.asarray(np.clip(colour @ _LUMINANCE / _BRIGHTEST, 0.02, 1.2))
 
 

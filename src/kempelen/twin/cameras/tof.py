@@ -8,6 +8,7 @@ pixel's choice of a point of that grid (lateral noise), a random number (axial n
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,7 +19,7 @@ from kempelen.twin.cameras.fields import Bank
 from kempelen.twin.cameras.models import CameraModel
 from kempelen.twin.cameras.noise import Noise
 from kempelen.twin.cameras.optics import DepthOptics
-from kempelen.twin.cameras.surfaces import Surfaces
+from kempelen.twin.cameras.surfaces import GLOSSY_IR, Surfaces
 
 _WRAP = 1874.0
 """Depth at which the phase at 80 MHz starts anew, mm."""
@@ -31,8 +32,6 @@ _FOOT = 12.0
 _REACH = 6
 """Lateral noise looks at most this many grid points aside."""
 _LEAST_IR = 0.04
-_GLOSSY_IR = 0.25
-"""What reflects less than this and is varnished loses its light elsewhere."""
 
 
 @dataclass(slots=True)
@@ -69,13 +68,13 @@ class TimeOfFlight:
         self._dice = Bank.uniform(rng, height, width)
         row, column = np.mgrid[:height, :width] * self._fine + self._fine // 2 + _REACH
         self._stride = width * self._fine + 2 * _REACH
-        self._middle = (row * self._stride + column).astype(np.int32)
+        self._middle: npt.NDArray[np.int32] = (row * self._stride + column).astype(np.int32)
 
     def expect(self, seen: Surfaces, noise: Noise) -> Expectation:
         """Everything but chance."""
         grid = _mixed(seen, self._fine) if noise.flying else seen.fine_depth
         z = seen.depth
-        metres = z / 1000
+        metres: Depth = z * np.float32(1e-3)
         spread = noise.axial * _axial(metres, seen.angle)
         if noise.dark_spread:
             spread /= np.sqrt(np.maximum(seen.infrared, _LEAST_IR))
@@ -83,7 +82,7 @@ class TimeOfFlight:
         bias += noise.wiggling * (_WIGGLE_MEAN + _WIGGLE * np.sin(metres * (math.tau * 1000 / _WRAP)))
         if noise.multipath:
             bias += noise.multipath * np.exp(seen.foot_distance * (-1 / _FOOT))
-        loss = noise.dropout * (seen.glossy & (seen.infrared < _GLOSSY_IR))
+        loss = noise.dropout * (seen.glossy & (seen.infrared < GLOSSY_IR))
         rim = cv2.copyMakeBorder(grid, _REACH, _REACH, _REACH, _REACH, cv2.BORDER_REPLICATE)
         return Expectation(_depth(rim), _depth(bias), _depth(spread), _depth(loss))
 
@@ -109,10 +108,11 @@ class TimeOfFlight:
         across, down = (
             np.clip(np.rint(bank.cut() * scale), -_REACH, _REACH).astype(np.int32) for bank in self._aside
         )
-        return self._middle + down * self._stride + across
+        out: npt.NDArray[np.int32] = self._middle + down * self._stride + across
+        return out
 
 
-def _depth(numbers: npt.NDArray[np.floating]) -> Depth:
+def _depth(numbers: npt.NDArray[Any]) -> Depth:
     return np.ascontiguousarray(numbers, dtype=np.float32)
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import KINDS, PieceShape
 from kempelen.core.table import WorkSpace
-from kempelen.twin.physics.look import CLOTH_SIZE, PAINT_SIZE, Look, board_paint, table_paint
+from kempelen.twin.look import Look
+from kempelen.twin.physics.paint import CLOTH_SIZE, PAINT_SIZE, board_paint, table_paint
 from kempelen.twin.physics.units import METRES
 
 PAINT = 1

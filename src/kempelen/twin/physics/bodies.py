@@ -53,10 +53,8 @@ def add_surfaces(spec: Any, scene: Scene) -> None:
     )
     side, look = 8 * table.square, scene.look
     edge = side / 2 + look.border_width
-    _add_slab(
-        board, "board", np.array([side / 2, side / 2, 0.0]), np.array([edge, edge, scene.board_thickness / 2]),
-        (*look.border, 1.0),
-    )  # fmt: skip
+    middle, half = np.array([side / 2, side / 2, 0.0]), np.array([edge, edge, scene.board_thickness / 2])
+    _add_slab(board, "board", middle, half, (*look.border, 1.0))
     for tray in table.trays:
         first, last = tray.centre(1), tray.centre(tray.rows * tray.columns)
         half = np.array([*((last - first)[:2] + tray.pitch) / 2, TRAY_THICKNESS / 2])

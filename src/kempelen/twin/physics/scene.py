@@ -13,7 +13,7 @@ from kempelen.core.errors import FitError
 from kempelen.core.pieces import PieceShape
 from kempelen.core.places import Layout
 from kempelen.core.table import Table
-from kempelen.twin.physics.look import Look
+from kempelen.twin.look import DEFAULT_LOOK, Look
 
 TRAY_THICKNESS = 10.0
 KINDS_BY_LETTER = {chess.piece_symbol(kind).upper(): kind for kind in chess.PIECE_TYPES}
@@ -56,7 +56,7 @@ class Scene:
     table: Table
     pieces: tuple[StandingPiece, ...]
     board_thickness: float = 20.0
-    look: Look = Look()
+    look: Look = DEFAULT_LOOK
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(p.piece_id for p in self.pieces).items() if n > 1]

@@ -1,40 +1,15 @@
-"""Pictures of a simulation, where OpenGL works.
+"""Pictures of a simulation by its own fixed cameras, where OpenGL works: for people and reports."""
 
-A missing or broken OpenGL can abort the process that asks for it, so another process tries first.
-"""
-
-import subprocess
-import sys
-from functools import cache
 from typing import Any
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
 
+from kempelen.core.camera import Picture
 from kempelen.core.errors import TwinError
+from kempelen.twin.physics.opengl import Canvas
 
-Picture = npt.NDArray[np.uint8]
-
-_PROBE = """
-import mujoco
-with mujoco.Renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 8, 8) as renderer:
-    renderer.render()
-"""
-_PROBE_SECONDS = 60.0
-_HINT = "Set MUJOCO_GL to egl or osmesa before the start, and install that library."
-
-
-@cache
-def opengl_works() -> bool:
-    """Whether pictures can be drawn here, as another process with the same environment found."""
-    try:
-        found = subprocess.run(
-            [sys.executable, "-c", _PROBE], capture_output=True, timeout=_PROBE_SECONDS, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return False
-    return found.returncode == 0
+_MAX_GEOMS = 4000
 
 
 def draw(model: Any, data: Any, width: int, height: int, camera: str) -> Picture:
@@ -43,8 +18,6 @@ def draw(model: Any, data: Any, width: int, height: int, camera: str) -> Picture
     Raises:
         TwinError: no OpenGL here, no such camera, or a picture too large.
     """
-    if not opengl_works():
-        raise TwinError("The twin cannot draw: OpenGL does not work here.", hint=_HINT)
     cameras = [model.camera(i).name for i in range(model.ncam)]
     if camera not in cameras:
         raise TwinError(f"The twin has no camera '{camera}'.", hint=f"It has {', '.join(cameras)}.")
@@ -54,7 +27,19 @@ def draw(model: Any, data: Any, width: int, height: int, camera: str) -> Picture
             f"A picture of {width} x {height} pixels is out of range.",
             hint=f"1 x 1 to {most[0]} x {most[1]}.",
         )
-    with mujoco.Renderer(model, height, width) as renderer:
-        mujoco.mj_kinematics(model, data)
-        renderer.update_scene(data, camera)
-        return np.asarray(renderer.render(), dtype=np.uint8)
+    canvas = Canvas(model)
+    try:
+        picture, _ = canvas.draw(_scene(model, data, cameras.index(camera)), width, height)
+    finally:
+        canvas.close()
+    return np.ascontiguousarray(picture)
+
+
+def _scene(model: Any, data: Any, camera: int) -> Any:
+    scene, eye = mujoco.MjvScene(model, maxgeom=_MAX_GEOMS), mujoco.MjvCamera()
+    eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, camera
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_camlight(model, data)
+    every = mujoco.mjtCatBit.mjCAT_ALL.value
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), mujoco.MjvPerturb(), eye, every, scene)
+    return scene

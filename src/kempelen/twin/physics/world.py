@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kempelen.core.camera import Picture
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array, Transform
 from kempelen.twin.physics.bodies import quaternion
@@ -18,7 +19,7 @@ from kempelen.twin.physics.person import DRAWER, DRAWER_PITCH, Person
 from kempelen.twin.physics.scene import Scene, StandingPiece
 from kempelen.twin.physics.simulation import Simulation
 from kempelen.twin.physics.truth import PieceTruth
-from kempelen.twin.physics.view import Picture, draw
+from kempelen.twin.physics.view import draw
 
 TIME_STEP = 0.002
 CARRY_FACTOR = 2

@@ -1,66 +1,25 @@
-"""Colours, wood and polish of what stands on the table: no contact depends on them, every camera does."""
+"""Pictures of the board's top and of the table's, to be drawn as textures."""
 
 import math
 from functools import lru_cache
-from typing import Annotated
 
 import cv2
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, ConfigDict, Field
 
-Share = Annotated[float, Field(ge=0, le=1)]
-Colour = tuple[Share, Share, Share]
+from kempelen.twin.look import Look
+
 Paint = npt.NDArray[np.uint8]
 
 PAINT_SIZE = 1024
-"""Side of the board's picture, pixels: 2.4 to the millimetre on 50 mm squares, finer than any camera sees it."""
+"""Side of the board's picture, pixels: with squares of 50 mm 2.4 to the millimetre, finer than a camera's."""
 CLOTH_SIZE = 256
 """Side of the table top's repeated picture, pixels."""
 _LETTER = 21
 """Height of OpenCV's plain letters at scale 1, pixels."""
+_FILES = 8
 _GRAIN = (181, 9)
 """Length and width of a streak in wood, pixels (odd)."""
-
-
-class Look(BaseModel):
-    """What everything looks like; colours are red, green, blue from 0 to 1.
-
-    Attributes:
-        light: Squares.
-        dark: Squares.
-        border: The board around its squares.
-        border_width: mm, to the board's edge.
-        coordinates: Whether letters and digits stand on the border.
-        line: Width of a line around the 64 squares, mm; 0 for none.
-        grain: How much streaks of wood change the squares' brightness.
-        table: Table top.
-        cloth: How much a fine pattern changes the table top's brightness.
-        tray: Trays.
-        white: Pieces.
-        black: Pieces.
-        gloss: Of the pieces: 0 is felt, 1 is varnish.
-        board_gloss: Of the board.
-        seed: Of the grain.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    light: Colour = (0.87, 0.74, 0.55)
-    dark: Colour = (0.50, 0.32, 0.20)
-    border: Colour = (0.42, 0.26, 0.16)
-    border_width: Annotated[float, Field(ge=0, le=60)] = 12.0
-    coordinates: bool = True
-    line: Annotated[float, Field(ge=0, le=5)] = 0.0
-    grain: Annotated[float, Field(ge=0, le=0.5)] = 0.06
-    table: Colour = (0.35, 0.38, 0.36)
-    cloth: Annotated[float, Field(ge=0, le=0.5)] = 0.04
-    tray: Colour = (0.87, 0.74, 0.55)
-    white: Colour = (0.93, 0.86, 0.72)
-    black: Colour = (0.22, 0.15, 0.12)
-    gloss: Share = 0.5
-    board_gloss: Share = 0.15
-    seed: Annotated[int, Field(ge=0)] = 0
 
 
 @lru_cache(maxsize=8)
@@ -75,7 +34,7 @@ def board_paint(look: Look, square: float) -> Paint:
     scale = n / side
     at = (np.arange(n) + 0.5) / scale - look.border_width
     index = np.floor(at / square).astype(int)
-    inside = (index >= 0) & (index < 8)
+    inside = (index >= 0) & (index < _FILES)
     chequer = (index[None, :] + index[::-1, None]) % 2 == 1  # a1, file 0 and rank 0, is dark
     field = inside[None, :] & inside[::-1, None]
     picture = np.where(chequer[..., None], look.light, look.dark)
@@ -105,8 +64,8 @@ def _grain(seed: int, turned: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
     """(n, n) streaks of unit spread; across where ``turned``, as in inlaid boards."""
     noise = np.random.default_rng(seed).standard_normal((PAINT_SIZE, PAINT_SIZE)).astype(np.float32)
     streaks = cv2.blur(cv2.GaussianBlur(noise, (0, 0), 1.0), _GRAIN)
-    streaks /= streaks.std()
-    return np.where(turned, streaks, streaks.T)
+    streaks = streaks / streaks.std()
+    return np.asarray(np.where(turned, streaks, streaks.T), dtype=np.float64)
 
 
 def _add_line(paint: Paint, look: Look, square: float, scale: float) -> None:
