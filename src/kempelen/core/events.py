@@ -10,6 +10,7 @@ import chess
 
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.protocols import Checkpoint, RobotState, Thinking, TransferReport
+from kempelen.core.senses import Sight
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +180,49 @@ class OperatorAnswered:
 
 
 @dataclass(frozen=True, slots=True)
+class SensorChanged:
+    """The board sensor sees the board again, or no more.
+
+    Attributes:
+        message: What is wrong and what to do; empty when all is well.
+    """
+
+    sight: Sight
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class HandOverBoard:
+    """A hand came over the board, or left: while it is there the robot does not set out."""
+
+    over: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SensorUnsure:
+    """The board was changed, and more than one move would explain it; typing one of them settles it.
+
+    Attributes:
+        question: In plain words; empty when it has settled itself.
+        candidates: In UCI, the likeliest first.
+    """
+
+    question: str
+    candidates: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class BoardDiffers:
+    """What stands on the board is no position that the game could have.
+
+    Attributes:
+        advice: What to put where; empty when the board is right again.
+    """
+
+    advice: str
+
+
+@dataclass(frozen=True, slots=True)
 class DrawOffered:
     """A side offers a draw; its opponent is asked."""
 
@@ -221,6 +265,10 @@ Event = (
     | RobotChanged
     | OperatorAsked
     | OperatorAnswered
+    | SensorChanged
+    | HandOverBoard
+    | SensorUnsure
+    | BoardDiffers
     | DrawOffered
     | DrawDeclined
     | GameOver

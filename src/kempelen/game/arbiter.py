@@ -25,7 +25,7 @@ from kempelen.game.observers import EventBus
 from kempelen.game.orders import Orders
 from kempelen.game.outcomes import by_agreement, by_resignation, by_score, end_of
 from kempelen.game.person_desk import PersonDesk
-from kempelen.game.players import Player, Proposal, Propose, Resign
+from kempelen.game.players import Player, Proposal, Propose, Resign, TakenBack
 from kempelen.game.records import (
     Ended,
     ModeSwapped,
@@ -67,7 +67,7 @@ class Arbiter:
         table: Where the places are.
         person: Answers when only a person can go on, and makes moves when ``options.hands`` is "person".
         take_over: Another pairing that takes over at a ply.
-        verifier: Looks at the table after each transfer; None: the hand is trusted.
+        verifier: Looks at the table before a move counts; None: the hand is trusted.
 
     Attributes:
         events: What happens, for observers.
@@ -231,27 +231,29 @@ class Arbiter:
     async def _act_on(self, proposal: Proposal, player: Player) -> None:
         colour = self.state.board.turn
         if isinstance(proposal, Propose):
-            await self._make(proposal.move, player)
+            await self._make(proposal, player)
+        elif isinstance(proposal, TakenBack):
+            await self._take_back(proposal.plies, by_hand=True)
         elif isinstance(proposal, Resign):
             await self._conclude(by_resignation(colour))
         else:
             await self._conclude(by_score(proposal.result))
 
-    async def _make(self, move: chess.Move, player: Player) -> None:
-        board = self.state.board
+    async def _make(self, proposal: Propose, player: Player) -> None:
+        board, move = self.state.board, proposal.move
         if move not in board.legal_moves:
             raise EngineError(
                 f"{player.spec.name} proposed {move.uci()}, which is illegal: {why_illegal(board, move)}.",
                 hint="Choose another engine; the game is in the journal and can be resumed.",
             )
         by_hand = self._options.hands == "person" and player.spec.kind == "person"
-        await self._mover.make(move, by_hand=by_hand)
+        await self._mover.make(move, by_hand=by_hand or proposal.made, made=proposal.made)
         self._draws.moved(not self.state.board.turn)
         await self._clear_away()
 
     async def _clear_away(self) -> None:
         """After a move: out of the camera's view."""
-        if self._options.park and self._concluded() is None:
+        if self._options.park and self.state.around is not None and self._concluded() is None:
             await self._gate.passed()
             await self._carrier.park()
         self._gate.move_done()
@@ -337,7 +339,7 @@ class Arbiter:
         self._must_run()
         await self._orders.give(lambda: self._take_back(plies), moves_robot=True)
 
-    async def _take_back(self, plies: int | None) -> None:
+    async def _take_back(self, plies: int | None, *, by_hand: bool = False) -> None:
         count = self._plies_to_person() if plies is None else plies
         if not 1 <= count <= self.state.plies:
             raise GameError(
@@ -345,7 +347,7 @@ class Arbiter:
                 hint=f"Ask for 1 to {self.state.plies}." if self.state.plies else "",
             )
         self._proposal = None
-        self._log.write(TakebackAsked(plies=self.state.plies - count))
+        self._log.write(TakebackAsked(plies=self.state.plies - count, by_hand=by_hand))
         await self._finish_takeback()
 
     def _plies_to_person(self) -> int:

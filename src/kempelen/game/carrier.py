@@ -56,9 +56,13 @@ class Carrier:
             raise GameError("No move is in hand.")
         return self._log.state.pending
 
+    async def ready(self) -> None:
+        """Returns when the game is not paused."""
+        await self._gate.passed()
+
     async def carry(self, transfer: Transfer) -> None:
         """Make the transfer at hand, once the game is not paused."""
-        await self._gate.passed()
+        await self.ready()
         pending = self.pending
         self._bus.emit(events.TransferStarted(transfer, pending.index + 1, len(pending.transfers)))
         standing = self._log.state.layout

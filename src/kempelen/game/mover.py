@@ -14,7 +14,7 @@ from kempelen.game.carrier import Carrier
 from kempelen.game.journal import GameLog
 from kempelen.game.observers import EventBus
 from kempelen.game.person_desk import PersonDesk
-from kempelen.game.records import Committed, Intended, OperatorNeeded, Purpose
+from kempelen.game.records import Committed, Intended, LayoutChanged, Missed, OperatorNeeded, Purpose
 from kempelen.game.recovery import Held, held
 from kempelen.game.transfers import Missing, Request, move_transfers, takeback_transfers
 
@@ -33,13 +33,20 @@ class Mover:
         self._desk = desk
         self._bus = bus
 
-    async def make(self, move: chess.Move, *, by_hand: bool = False) -> None:
-        """Play a legal move."""
-        await self._do(Purpose.MOVE, move.uci(), by_hand=by_hand)
+    async def make(self, move: chess.Move, *, by_hand: bool = False, made: bool = False) -> None:
+        """Play a legal move.
+
+        Args:
+            move: To play.
+            by_hand: A person makes it.
+            made: It is on the board already.
+        """
+        await self._do(Purpose.MOVE, move.uci(), by_hand=by_hand, made=made)
 
     async def take_back(self) -> None:
-        """Undo the last move."""
-        await self._do(Purpose.TAKEBACK, self._log.state.board.peek().uci())
+        """Undo the last move; the robot does, unless a person has done it on the board already."""
+        by_hand = self._log.state.back_by_hand
+        await self._do(Purpose.TAKEBACK, self._log.state.board.peek().uci(), by_hand=by_hand, made=by_hand)
 
     async def recover(self) -> None:
         """Make the hand ready, whatever the last exit left in it, and finish what was begun."""
@@ -50,8 +57,8 @@ class Mover:
         else:
             await self._go_on_deciding()
 
-    async def _do(self, purpose: Purpose, uci: str, *, by_hand: bool = False) -> None:
-        transfers = await self._planned(purpose, uci)
+    async def _do(self, purpose: Purpose, uci: str, *, by_hand: bool = False, made: bool = False) -> None:
+        transfers = await self._planned(purpose, uci, made=made)
         if by_hand:
             await self._step_aside()
         ply = self._ply(purpose)
@@ -62,9 +69,16 @@ class Mover:
     def _ply(self, purpose: Purpose) -> int:
         return self._log.state.plies + (purpose is Purpose.MOVE)
 
-    async def _planned(self, purpose: Purpose, uci: str) -> tuple[Transfer, ...]:
-        """The transfers; as long as the table lacks something for them, the operator is asked."""
+    async def _planned(self, purpose: Purpose, uci: str, *, made: bool) -> tuple[Transfer, ...]:
+        """The transfers; as long as the table lacks something for them, the operator is asked.
+
+        Whoever has made the move already has seen to that without being asked.
+        """
         while isinstance(planned := self._plan(purpose, uci), Request):
+            if made:
+                brought = planned.piece if isinstance(planned, Missing) else None
+                self._log.write(LayoutChanged(place=planned.place, piece=brought, reason=planned.reason))
+                continue
             await self._step_aside()
             need: Literal["supply", "remove"] = "supply" if isinstance(planned, Missing) else "remove"
             piece, place, ply = planned.piece, planned.place, self._ply(purpose)
@@ -109,11 +123,48 @@ class Mover:
 
     async def _carry_all(self, intent: Intended) -> None:
         if intent.by_hand:
-            await self._desk.carry(intent.transfers)
+            await self._desk.carry(intent.transfers, look=not self._more_taken_back(intent))
             return
+        if self._carrier.pending.at_hand is not None:
+            await self._desk.eyes.unobstructed()
+        await self._carry_rest()
+        await self._check(out_of_view=True)
+
+    def _more_taken_back(self, intent: Intended) -> bool:
+        """Whether a person has taken more back than this: the board shows how it was even earlier."""
+        state = self._log.state
+        earlier = state.back_by_hand and state.back_to is not None and intent.ply - 1 > state.back_to
+        return intent.purpose is Purpose.TAKEBACK and earlier
+
+    async def _carry_rest(self) -> None:
         while (transfer := self._carrier.pending.at_hand) is not None:
+            if any(done.source == transfer.target for done in self._carrier.pending.done):
+                await self._check(out_of_view=False)  # on a square that was not cleared it would hit a piece
+                transfer = self._carrier.pending.at_hand or transfer
             await self._carrier.carry(transfer)
-            await self._confirm(transfer)
+
+    async def _check(self, *, out_of_view: bool) -> None:
+        """Look at what was carried so far: what was missed is carried again, once; all else is asked for.
+
+        Args:
+            out_of_view: Whether the hand goes aside in any case; else only where it hides the board.
+        """
+        tried = set[Transfer]()
+        while self._desk.eyes.looks:
+            if out_of_view or tried or not await self._desk.eyes.in_view():
+                await self._carrier.ready()
+                await self._step_aside()
+            done, standing = self._carrier.pending.done, self._log.state.layout
+            fault = await self._desk.eyes.confirm(done, standing)
+            if fault is None:
+                return
+            again = [transfer for transfer in fault.missed if transfer not in tried]
+            if not again:
+                await self._desk.put_right(fault, done, standing)
+            for transfer in again:
+                tried.add(transfer)
+                self._log.write(Missed(index=self._carrier.pending.transfers.index(transfer)))
+                await self._carrier.carry(transfer)
 
     def _announce(self, intent: Intended, san: str) -> None:
         state = self._log.state
@@ -139,7 +190,6 @@ class Mover:
         elif found is not Held.NOTHING and (transfer := self._carrier.pending.at_hand) is not None:
             arrive = self._carrier.finish_held if found is Held.PIECE else self._carrier.released
             await arrive(transfer)
-            await self._confirm(transfer)
 
     async def _look(self) -> None:
         """Somebody looks into the gripper; it may be closed on one of two pieces, or on none."""
@@ -151,6 +201,3 @@ class Mover:
             await self._carrier.put_back(state.around)
         else:
             self._carrier.is_empty()
-
-    async def _confirm(self, transfer: Transfer) -> None:
-        await self._desk.confirm(transfer, self._log.state.layout)

@@ -1,5 +1,8 @@
 """When only a person can go on: ask, wait, remember that it is done."""
 
+import asyncio
+from collections.abc import Coroutine, Sequence
+
 from kempelen.core import events
 from kempelen.core.errors import OperatorNeededError
 from kempelen.core.pieces import piece_name
@@ -7,9 +10,9 @@ from kempelen.core.places import Layout, Transfer
 from kempelen.core.protocols import Person
 from kempelen.game.journal import GameLog
 from kempelen.game.observers import EventBus
-from kempelen.game.records import LayoutChanged
+from kempelen.game.records import Helped, LayoutChanged
 from kempelen.game.transfers import Missing, Request
-from kempelen.game.verify import Verifier
+from kempelen.game.verify import Fault, Verifier
 
 
 class PersonDesk:
@@ -18,12 +21,15 @@ class PersonDesk:
     Args:
         person: None: nobody is there, and the game stops where somebody is needed.
         verifier: Looks at the table.
+
+    Attributes:
+        eyes: The verifier.
     """
 
     def __init__(self, log: GameLog, person: Person | None, verifier: Verifier, bus: EventBus) -> None:
         self._log = log
         self._person = person
-        self._verifier = verifier
+        self.eyes = verifier
         self._bus = bus
 
     def _somebody(self, request: str) -> Person:
@@ -33,14 +39,25 @@ class PersonDesk:
             )
         return self._person
 
-    async def carry(self, transfers: tuple[Transfer, ...]) -> None:
-        """Have the move made by hand."""
-        layout = self._log.state.layout
-        await self._somebody("Make the move by hand.").carry(transfers)
+    async def carry(self, transfers: Sequence[Transfer], *, look: bool = True) -> None:
+        """Have the move made by hand; one that can be seen on the board already needs nobody.
+
+        Args:
+            transfers: What the move is made of.
+            look: Not where the board is known to be further on: another half-move was taken back as well.
+        """
+        standing = self._log.state.layout
         for transfer in transfers:
-            layout = layout.after(transfer)
-            self._bus.emit(events.TransferDone(transfer, layout))
-        await self.confirm(None, layout)
+            standing = standing.after(transfer)
+        if look and not await self._is_made(transfers, standing):
+            person = self._somebody("Make the move by hand.")
+            await self._seen_before(person.carry(transfers), transfers, standing)
+            await self.confirm(transfers, standing)
+        for transfer in transfers:
+            self._bus.emit(events.TransferDone(transfer, standing))
+
+    async def _is_made(self, transfers: Sequence[Transfer], standing: Layout) -> bool:
+        return self.eyes.looks and await self.eyes.confirm(transfers, standing) is None
 
     async def satisfy(self, request: Request) -> None:
         """Have done what a move needs, and remember it."""
@@ -62,9 +79,40 @@ class PersonDesk:
         self._bus.emit(events.OperatorAnswered(text))
         return holding
 
-    async def confirm(self, transfer: Transfer | None, standing: Layout) -> None:
+    async def confirm(self, transfers: Sequence[Transfer], standing: Layout) -> None:
         """Go on only when the table shows what should stand there; until then somebody puts it right."""
-        while fault := await self._verifier.confirm(transfer, standing):
-            self._bus.emit(events.OperatorAsked(fault))
-            await self._somebody(fault).put_right(fault)
-            self._bus.emit(events.OperatorAnswered(fault))
+        while fault := await self.eyes.confirm(transfers, standing):
+            await self.put_right(fault, transfers, standing)
+
+    async def put_right(self, fault: Fault, transfers: Sequence[Transfer], standing: Layout) -> None:
+        """Ask for help; that it was given may be said, or seen."""
+        self._bus.emit(events.OperatorAsked(fault.text))
+        person = self._somebody(fault.text)
+        if await self._seen_before(person.put_right(fault.text), transfers, standing):
+            self._log.write(Helped(how=fault.text))
+        self._bus.emit(events.OperatorAnswered(fault.text))
+
+    async def _seen_before(
+        self, work: Coroutine[object, object, None], transfers: Sequence[Transfer], standing: Layout
+    ) -> bool:
+        """A person at work, until it is told or seen to be done; whether it was seen first."""
+        if not self.eyes.looks:
+            await work
+            return False
+        told = asyncio.ensure_future(work)
+        seen = asyncio.ensure_future(self._agreement(transfers, standing))
+        try:
+            await asyncio.wait({told, seen}, return_when=asyncio.FIRST_COMPLETED)
+            for task in (told, seen):
+                if task.done():
+                    task.result()
+            return not told.done()
+        finally:
+            for task in (told, seen):
+                task.cancel()
+            await asyncio.gather(told, seen, return_exceptions=True)
+
+    async def _agreement(self, transfers: Sequence[Transfer], standing: Layout) -> None:
+        """Until the table shows what should stand there."""
+        while await self.eyes.confirm(transfers, standing):
+            pass

@@ -24,9 +24,21 @@ DRAW_FROM_MOVE = 30  # no engine agrees to a draw before this move
 
 @dataclass(frozen=True, slots=True)
 class Propose:
-    """The player wants to make this move."""
+    """The player wants to make this move.
+
+    Attributes:
+        made: It has been made on the board already, by the player's own hand.
+    """
 
     move: chess.Move
+    made: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TakenBack:
+    """The player has taken half-moves back on the board."""
+
+    plies: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +53,7 @@ class ScoreEnds:
     result: str
 
 
-Proposal = Propose | Resign | ScoreEnds
+Proposal = Propose | TakenBack | Resign | ScoreEnds
 
 
 class Player(Protocol):

@@ -192,6 +192,17 @@ class Step(_Fact):
     checkpoint: Checkpoint
 
 
+class Missed(_Fact):
+    """A transfer that was thought done had not happened: its piece was seen where it came from.
+
+    Attributes:
+        index: Of the transfer, from 0; it is the next one to be made.
+    """
+
+    kind: Literal["missed"] = "missed"
+    index: int
+
+
 class HandEmpty(_Fact):
     """The hand holds nothing and is around no piece: it was parked, or somebody looked."""
 
@@ -223,10 +234,15 @@ class Helped(_Fact):
 
 
 class TakebackAsked(_Fact):
-    """Half-moves shall be taken back until only ``plies`` are left."""
+    """Half-moves shall be taken back until only ``plies`` are left.
+
+    Attributes:
+        by_hand: A person has taken them back on the board already.
+    """
 
     kind: Literal["takeback-asked"] = "takeback-asked"
     plies: int
+    by_hand: bool = False
 
 
 class Paused(_Fact):
@@ -275,6 +291,7 @@ Record = (
     | LayoutChanged
     | Intended
     | Step
+    | Missed
     | HandEmpty
     | Interrupted
     | Helped

@@ -22,6 +22,7 @@ from kempelen.game.records import (
     Intended,
     Interrupted,
     LayoutChanged,
+    Missed,
     ModeSwapped,
     OperatorNeeded,
     PairingSpec,
@@ -85,6 +86,7 @@ class GameState:
         decided: A move or takeback that was decided on and waits for the operator.
         around: The last transfer, while the open gripper may still be around its piece.
         back_to: Half-moves are being taken back until so many are left.
+        back_by_hand: Whether a person has done that on the board already.
         table: Digest of the table in use.
         touched: Whether any piece was ever meant to be moved.
         helps: Times that a person had to help the robot.
@@ -101,6 +103,7 @@ class GameState:
     decided: OperatorNeeded | None = None
     around: Transfer | None = None
     back_to: int | None = None
+    back_by_hand: bool = False
     paused: bool = False
     table: str = ""
     ended: Ended | None = None
@@ -207,6 +210,19 @@ def _(record: Step, state: GameState) -> GameState:
 
 
 @_apply.register
+def _(record: Missed, state: GameState) -> GameState:
+    """That transfer comes next; those made after it stay made."""
+    pending = _in_hand(state)
+    if record.index >= pending.index or pending.checkpoint is not None:
+        raise JournalError(f"Transfer {record.index} was not done, so that it cannot have been missed.")
+    again = pending.transfers[record.index]
+    done = tuple(transfer for transfer in pending.done if transfer is not again)
+    transfers = (*done, again, *pending.transfers[pending.index :])
+    intent = pending.intent.model_copy(update={"transfers": transfers})
+    return replace(state, pending=Pending(intent, len(done)))
+
+
+@_apply.register
 def _(_record: HandEmpty, state: GameState) -> GameState:
     pending = state.pending
     return replace(
@@ -242,7 +258,7 @@ def _(record: Committed, state: GameState) -> GameState:
 
 @_apply.register
 def _(record: TakebackAsked, state: GameState) -> GameState:
-    return replace(state, back_to=record.plies)
+    return replace(state, back_to=record.plies, back_by_hand=record.by_hand)
 
 
 @_apply.register(Paused)

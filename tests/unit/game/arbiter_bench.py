@@ -15,6 +15,7 @@ from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.opening import new_game
 from kempelen.game.pgn import parse_game
 from kempelen.game.players import PersonPlayer
+from kempelen.game.verify import Fault
 from kempelen.testing.hands import FakeHand, FakePerson, FakeTable, Step
 from kempelen.testing.players import ScriptedPlayer
 
@@ -35,13 +36,19 @@ class Bench:
         person: bool = True,
         take_over: TakeOver | None = None,
         options: ArbiterOptions | None = None,
-        verifier: "Sequence[str] | None" = None,
+        eyes: bool = False,
+        resume: "Bench | None" = None,
     ) -> None:
-        self.log = new_game(journal, pairing, table, start_fen=fen, take_over=take_over, options=options)
-        self.world = FakeTable(self.log.state.layout, self._before_step)
+        if resume is None:
+            self.log = new_game(journal, pairing, table, start_fen=fen, take_over=take_over, options=options)
+            self.world = FakeTable(self.log.state.layout, self._before_step)
+        else:  # the program before this one was killed; its table is still there
+            self.log = journal.reopen(resume.log.game)
+            self.world = resume.world
+            self.world.before_step = self._before_step
         self.hand = FakeHand(self.world)
         self.person = FakePerson(self.world)
-        self.eyes = Eyes(verifier) if verifier is not None else None
+        self.eyes = Eyes(self.world) if eyes else None
         self.arbiter = Arbiter(
             self.log,
             self.hand,
@@ -104,15 +111,40 @@ class Bench:
 
 
 class Eyes:
-    """A verifier that finds the given faults, one at each look."""
+    """A verifier with true eyes: sees what stands on the squares, and nothing while the hand is down there.
 
-    def __init__(self, faults: Sequence[str]) -> None:
-        self.faults = list(faults)
-        self.looks: list[tuple[Transfer | None, Layout]] = []
+    Attributes:
+        looks: May be switched off.
+        looked: At which transfers, and whether the hand was in the way.
+        hands: Set while no person's hand is over the board.
+    """
 
-    async def confirm(self, transfer: Transfer | None, standing: Layout) -> str:
-        self.looks.append((transfer, standing))
-        return self.faults.pop(0) if self.faults else ""
+    def __init__(self, world: FakeTable) -> None:
+        self.looks = True
+        self.looked: list[tuple[str, ...]] = []
+        self.hands_off = asyncio.Event()
+        self.hands_off.set()
+        self._world = world
+
+    async def confirm(self, transfers: Sequence[Transfer], standing: Layout) -> Fault | None:
+        await asyncio.sleep(0)
+        hidden = self._world.down_at
+        assert hidden is None or not hidden.is_square, "it looks while the robot's hand is in the way"
+        self.looked.append(tuple(map(str, transfers)))
+        truth, wanted = self._world.layout.board_part(), standing.board_part()
+        wrong = sorted(chess.square_name(s) for s in chess.SQUARES if truth.get(s) != wanted.get(s))
+        missed = tuple(t for t in transfers if self._stands_still(t))
+        return Fault(f"Put {', '.join(wrong)} right.", missed) if wrong else None
+
+    def _stands_still(self, transfer: Transfer) -> bool:
+        return self._world.standing.get(transfer.source) == transfer.piece
+
+    async def in_view(self) -> bool:
+        await asyncio.sleep(0)
+        return self._world.down_at is None or not self._world.down_at.is_square
+
+    async def unobstructed(self) -> None:
+        await self.hands_off.wait()
 
 
 def watch(moves: Sequence[str]) -> Pairing:

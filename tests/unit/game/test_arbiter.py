@@ -137,7 +137,7 @@ async def test_a_typed_move_is_carried_by_the_robot(journal: Journal) -> None:
 async def test_moves_by_the_persons_own_hand(journal: Journal) -> None:
     """Regression: the original had no tray slot for pieces that the human captured."""
     person, pairing = play(["", "d5"])
-    bench = Bench(journal, pairing, options=ArbiterOptions(hands="person"), verifier=())
+    bench = Bench(journal, pairing, options=ArbiterOptions(hands="person"), eyes=True)
     async with bench.playing() as game:
         for text in ("e4", "exd5"):
             await person.wanted.wait()
@@ -147,7 +147,7 @@ async def test_moves_by_the_persons_own_hand(journal: Journal) -> None:
         assert bench.log.state.layout[Place("right5")] == chess.Piece.from_symbol("p")
         assert bench.world.layout == bench.log.state.layout
         assert bench.eyes is not None
-        assert bench.eyes.looks[-1] == (None, bench.log.state.layout)
+        assert ("p d5-right5", "P e4-d5") in bench.eyes.looked
         await bench.arbiter.resign(chess.BLACK)
         assert await game == events.GameOver("1-0", "Black resigns")
     assert [str(transfer) for transfer in bench.hand.carried] == ["p d7-d5"]
@@ -193,13 +193,3 @@ async def test_full_trays_are_cleared_by_the_operator(journal: Journal) -> None:
     assert [request.split(":")[0][:8] for request in bench.person.requests] == ["remove P"]
     assert bench.world.layout == bench.log.state.layout
     assert len(bench.log.state.layout) == 33
-
-
-async def test_the_table_is_put_right_before_the_move_counts(journal: Journal) -> None:
-    bench = Bench(journal, watch(["e4"]), verifier=["put the white pawn back on e4", "still not"])
-    await bench.arbiter.run()
-    assert bench.person.requests == ["put the white pawn back on e4", "still not"]
-    names = [type(event).__name__ for event in bench.seen]
-    assert names.index("OperatorAnswered") < names.index("MoveCommitted")
-    assert bench.eyes is not None
-    assert len(bench.eyes.looks) == 3
