@@ -19,7 +19,7 @@ def _first_line() -> bytes:
     return bytes(line)
 
 
-def _tell(answer: dict[str, str]) -> None:
+def _tell(answer: dict[str, str | list[str]]) -> None:
     """To the parent, if it is still there."""
     with suppress(BrokenPipeError):
         os.write(sys.stdout.fileno(), json.dumps(answer).encode() + b"\n")
@@ -54,7 +54,7 @@ def _run(spec: TwinSpec) -> int:
     except KempelenError as error:
         _tell({"error": str(error)})
         return 1
-    _tell({"address": loop.address})
+    _tell({"address": loop.address, "rings": loop.rings})
     try:
         loop.run()
     except KempelenError as error:

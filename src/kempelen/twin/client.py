@@ -88,11 +88,17 @@ class TwinProcess:
 
     Args:
         spec: What to simulate.
+
+    Attributes:
+        address: Where the driver connects.
+        rings: Names of the rings that hold the cameras' frames, in the spec's order.
+        control: The side door.
     """
 
     def __init__(self, spec: TwinSpec) -> None:
         self._spec = spec
         self.address = ""
+        self.rings: tuple[str, ...] = ()
         self.control = TwinControl(Path(spec.control))
 
     async def __aenter__(self) -> Self:
@@ -106,14 +112,26 @@ class TwinProcess:
             stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, start_new_session=True,
         )  # fmt: skip
         try:
-            self.address = await self._greeting()
+            answer = await self._greeting()
+            self.address, self.rings = str(answer["address"]), tuple(answer.get("rings", ()))
             await self.control.__aenter__()
         except BaseException:
             await self._end()
             raise
         return self
 
-    async def _greeting(self) -> str:
+    @property
+    def ring(self) -> str:
+        """Of the first camera.
+
+        Raises:
+            TwinError: the twin has none.
+        """
+        if not self.rings:
+            raise TwinError("The twin has no camera.", hint="Give its spec one: cameras=(CameraSpec(),).")
+        return self.rings[0]
+
+    async def _greeting(self) -> Mapping[str, Any]:
         stdin, stdout = self._process.stdin, self._process.stdout
         if stdin is None or stdout is None:
             raise TwinError("The twin's pipes are missing.", hint="Start it again.")
@@ -123,10 +141,10 @@ class TwinProcess:
                 stdin.write(self._spec.model_dump_json().encode() + b"\n")
                 await stdin.drain()
                 line = await stdout.readline()
-        answer = json.loads(line) if line else {"error": "it ended without a word"}
+        answer: dict[str, Any] = json.loads(line) if line else {"error": "it ended without a word"}
         if "error" in answer:
             raise TwinError(f"The twin did not start: {answer['error']}", hint="Run `kempelen doctor`.")
-        return str(answer["address"])
+        return answer
 
     async def __aexit__(
         self, _kind: type[BaseException] | None, _error: BaseException | None, _trace: TracebackType | None

@@ -16,6 +16,7 @@ from types import FrameType
 from typing import Any
 
 from kempelen.core.errors import TwinError
+from kempelen.twin.cameras.crew import CameraCrew
 from kempelen.twin.control import ControlServer, Pending, Reply
 from kempelen.twin.faults import apply_fault
 from kempelen.twin.grbl import VirtualGrbl
@@ -54,6 +55,16 @@ class TwinLoop:
         self._busy_s = 0.0
         self._started = time.perf_counter()
         self._lock = StateLock(Path(spec.state), self._wanted) if spec.state else None
+        self._cameras = CameraCrew(spec.cameras, spec.model_dump_json())
+        try:
+            self._build(spec)
+            self._cameras.wait()
+        except BaseException:
+            self._cameras.close()
+            raise
+
+    def _build(self, spec: TwinSpec) -> None:
+        """World, controller, wire and side door, while the cameras start."""
         self._controller: VirtualGrbl = make_controller(spec)
         self._world = World(make_scene(spec), seed=spec.seed, tool=self._tool())
         self._wire = make_wire(spec.wire, spec.link)
@@ -67,6 +78,11 @@ class TwinLoop:
         """Where the driver connects."""
         return self._wire.address
 
+    @property
+    def rings(self) -> list[str]:
+        """Where the cameras' frames are."""
+        return self._cameras.rings
+
     # --- the loop ------------------------------------------------------------------------------------------
 
     def run(self) -> None:
@@ -78,6 +94,7 @@ class TwinLoop:
         wall = time.perf_counter()
         while not self._stop:
             wall = self._rest(wall) if self._quiet() else self._work(wall)
+            self._cameras.tell(self._world, self._controller.time_s)
             self._serve()
         self._wind_down()
 
@@ -181,6 +198,8 @@ class TwinLoop:
             "supply": self._supply,
             "remove": self._remove,
             "fault": self._fault,
+            "camera": self._change_camera,
+            "restart_camera": self._restart_camera,
             "speed": self._set_speed,
             "stop": self._on_stop,
         }
@@ -213,7 +232,16 @@ class TwinLoop:
         }
 
     def _stats(self, _request: Mapping[str, Any]) -> Reply:
-        return self._times()
+        return {**self._times(), "cameras": self._cameras.state()}
+
+    def _change_camera(self, request: Mapping[str, Any]) -> Reply:
+        """Other settings of a camera: ``{"camera": 0, "change": {"lighting": {"on": false}}}``."""
+        self._cameras.change(int(request.get("camera", 0)), dict(request["change"]))
+        return {}
+
+    def _restart_camera(self, request: Mapping[str, Any]) -> Reply:
+        self._cameras.restart(int(request.get("camera", 0)))
+        return {}
 
     def _settle(self, request: Mapping[str, Any]) -> Pending:
         return Pending(
@@ -268,6 +296,7 @@ class TwinLoop:
             if self._spec.state:
                 save_state(Path(self._spec.state), self._controller, self._world)
         finally:
+            self._cameras.close()
             self._control.close()
             self._wire.close()
             if self._lock is not None:

@@ -1,5 +1,7 @@
 """The virtual machine behind the virtual controller, and where that puts the tool point."""
 
+from dataclasses import replace
+
 from kempelen.core.table import WorkSpace
 from kempelen.twin.grbl import Machine, VirtualGrbl
 from kempelen.twin.physics.scene import Scene
@@ -12,7 +14,8 @@ _POWER_UP = (0.35, 0.6, 0.8)  # where the carriage happens to be when the power 
 
 def make_scene(spec: TwinSpec) -> Scene:
     """The table as laid."""
-    return Scene.from_layout(spec.table(), spec.standing(), seed=spec.seed, scatter=spec.scatter)
+    scene = Scene.from_layout(spec.table(), spec.standing(), seed=spec.seed, scatter=spec.scatter)
+    return replace(scene, look=spec.look)
 
 
 def make_controller(spec: TwinSpec) -> VirtualGrbl:

@@ -5,12 +5,14 @@ from typing import Annotated, Self
 
 import chess
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from kempelen.core.geometry import Transform
 from kempelen.core.pieces import PieceSet
 from kempelen.core.places import Layout, Place
 from kempelen.core.table import Gripper, Table, Tray, WorkSpace
+from kempelen.twin.cameras.settings import CameraSpec
+from kempelen.twin.look import DEFAULT_LOOK, Look
 
 CONTROL_FOLDER = "kempelen-twin-"
 """Prefix of a folder for a control socket alone; the twin removes it in the end: a dead parent cannot."""
@@ -28,6 +30,8 @@ class TwinSpec(BaseModel):
         state: File in which the world is kept while no process runs it; empty for none.
         resume: Continue from ``state`` instead of setting the table anew.
         baud: Speed of the serial line to model, bit/s; 0 for an instantaneous one.
+        cameras: Over the table; each has a process and a ring of frames.
+        look: Colours, for the cameras.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -48,6 +52,15 @@ class TwinSpec(BaseModel):
     state: str = ""
     resume: bool = False
     baud: Annotated[int, Field(ge=0, le=10_000_000)] = 0
+    cameras: Annotated[tuple[CameraSpec, ...], Field(max_length=4)] = ()
+    look: Look = DEFAULT_LOOK
+
+    @model_validator(mode="after")
+    def _own_rings(self) -> Self:
+        names = [camera.ring for camera in self.cameras if camera.ring]
+        if len(set(names)) != len(names):
+            raise ValueError(f"two cameras write to the same ring: {', '.join(sorted(names))}")
+        return self
 
     @classmethod
     def of(cls, table: Table, layout: Layout, *, control: Path, **options: object) -> Self:

@@ -95,6 +95,11 @@ class VirtualCamera:
         """What is wrong with its frames."""
         return self._settings[2]
 
+    @property
+    def backend(self) -> str:
+        """Way of drawing: the one at work, once there is one."""
+        return self._backend if self._renderer is None else self._renderer.name
+
     def change(
         self,
         *,

@@ -14,8 +14,8 @@ from kempelen.twin.cameras.settings import Lighting
 
 _GREY = 128.0
 """Grey level for which the spread is given."""
-_DARK_SHARE = 0.25
-"""Read-out noise, as a share of the shot noise in mid-grey: what a covered lens still shows."""
+_BLACK = 0.8
+"""Grey level of no light at all: what a covered lens shows, with its noise."""
 _LUMINANCE_SHARE = 0.8
 """Of the noise that all three colours share once the sensor's mosaic is filled in."""
 
@@ -42,7 +42,7 @@ class ColourSensor:
             drawn = np.asarray(cv2.GaussianBlur(drawn, (0, 0), noise.blur), dtype=np.uint8)
         red, green, blue = lighting.white_balance
         gains = lighting.exposure * np.array([blue, green, red]) * (not lighting.covered)
-        light = np.minimum(np.arange(256.0)[:, None] * gains, 255.0)
+        light = np.clip(np.arange(256.0)[:, None] * gains, _BLACK, 255.0)
         table = np.round(np.sqrt(255.0 * light)).astype(np.uint8)
         return np.asarray(cv2.LUT(drawn, np.ascontiguousarray(table[:, None, :])), dtype=np.uint8)
 

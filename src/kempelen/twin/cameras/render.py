@@ -146,6 +146,11 @@ def kinematics(stage: Stage, data: Any) -> None:
     mujoco.mj_kinematics(stage.model, data)
 
 
+def mocap_poses(data: Any) -> Array:
+    """(n, 7) metres and w x y z of what is moved from outside."""
+    return np.concatenate([data.mocap_pos, data.mocap_quat], axis=1)
+
+
 def lamp_and_board(scene: Scene, lighting: Lighting) -> tuple[Array, Array]:
     """(3,) the lamp and (3,) the board's middle, robot frame, mm."""
     middle = np.array([4 * scene.table.square, 4 * scene.table.square, 0.0])

@@ -65,8 +65,8 @@ class Stereo:
         """A frame: (h, w) mm."""
         disparity = expected.disparity
         if noise.disparity:
-            noisy = disparity + expected.spread * self._error.cut()
-            disparity = np.asarray(np.rint(noisy * np.float32(1 / _STEP)) * np.float32(_STEP), np.float32)
+            noisy = (disparity + expected.spread * self._error.cut()) * np.float32(1 / _STEP)
+            disparity = np.rint(noisy).astype(np.float32) * np.float32(_STEP)
         out: Depth = self._scale / np.maximum(disparity, np.float32(_STEP)) + np.float32(noise.offset)
         empty = expected.disparity <= 0
         if expected.loss.max() > 0:
