@@ -69,7 +69,8 @@ class AzureKinectCamera:
         left, _, right = np.linalg.svd(np.asarray(rotation, dtype=np.float64))  # stored as 32-bit numbers
         self._colour_from_depth = Transform(left @ right, np.ravel(translation) * _MM)
         self.settings = {
-            "device": self._device, "colour": [_WIDTH, _HEIGHT], "depth": [_DEPTH_WIDTH, _DEPTH_HEIGHT], "fps": 30,
+            "device": self._device, "colour": [_WIDTH, _HEIGHT],
+            "depth": [_DEPTH_WIDTH, _DEPTH_HEIGHT], "fps": 30,
             "lens_fit_px": [round(bent, 3), round(depth_bent, 3)],
         }  # fmt: skip
 
@@ -121,4 +122,4 @@ def _intrinsics(calibration: Any, which: Any, width: int, height: int) -> tuple[
     matrix = np.asarray(calibration.get_camera_matrix(which), dtype=np.float64)
     fx, fy, cx, cy = (float(matrix[index]) for index in ((0, 0), (1, 1), (0, 2), (1, 2)))
     coefficients = np.asarray(calibration.get_distortion_coefficients(which), dtype=np.float64)
-    return fitted(rational(coefficients), width, height, fx, fy, cx, cy)
+    return fitted(rational(coefficients), Intrinsics(width, height, fx, fy, cx, cy))

@@ -1,6 +1,7 @@
 """Other models of lenses than ours, and the polynomial next to them."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,8 +26,8 @@ def rational(coefficients: Array) -> Bend:
         x, y = ideal[:, 0], ideal[:, 1]
         r2 = x * x + y * y
         radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-        across, along = _tangential(x, y)
-        return np.stack([x * radial + across @ (p1, p2), y * radial + along @ (p1, p2)], axis=-1)
+        to_x, to_y = _tangential(x, y)
+        return np.stack([x * radial + to_x @ (p1, p2), y * radial + to_y @ (p1, p2)], axis=-1)
 
     return bend
 
@@ -43,28 +44,31 @@ def inverse(bend: Bend) -> Bend:
     return straighten
 
 
-def fitted(
-    bend: Bend, width: int, height: int, fx: float, fy: float, cx: float, cy: float
-) -> tuple[Intrinsics, float]:
-    """Our intrinsics for a camera with another lens model, over its whole picture.
+def fitted(bend: Bend, camera: Intrinsics) -> tuple[Intrinsics, float]:
+    """Our distortion for a camera with another lens model, over its whole picture.
 
-    Brown and Conrady's polynomial is linear in its coefficients: the best ones are a linear least-squares fit.
+    Brown and Conrady's polynomial is linear in its coefficients: a linear least-squares fit gives the best.
+
+    Args:
+        bend: The lens.
+        camera: Without distortion.
 
     Returns:
-        The intrinsics, and by how many pixels they are off at most.
+        The camera with it, and by how many pixels it is off at most.
     """
-    columns, rows = np.meshgrid(np.linspace(0, width - 1, _GRID), np.linspace(0, height - 1, _GRID))
-    ideal = np.stack([(columns.ravel() - cx) / fx, (rows.ravel() - cy) / fy], axis=-1)
+    across, down = (np.linspace(0, size - 1, _GRID) for size in (camera.width, camera.height))
+    columns, rows = np.meshgrid(across, down)
+    ideal = camera.rays(np.stack([columns.ravel(), rows.ravel()], axis=-1))[:, :2]
     shifts = bend(ideal) - ideal
     x, y = ideal[:, :1], ideal[:, 1:]
     r2 = x * x + y * y
     powers = np.concatenate([r2, r2**2, r2**3], axis=1)
-    across, along = _tangential(x[:, 0], y[:, 0])
-    basis = np.concatenate([np.hstack([x * powers, across]), np.hstack([y * powers, along])])
+    to_x, to_y = _tangential(x[:, 0], y[:, 0])
+    basis = np.concatenate([np.hstack([x * powers, to_x]), np.hstack([y * powers, to_y])])
     wanted = np.concatenate([shifts[:, 0], shifts[:, 1]])
     k1, k2, k3, p1, p2 = map(float, np.linalg.lstsq(basis, wanted, rcond=None)[0])
-    off = np.abs(basis @ (k1, k2, k3, p1, p2) - wanted).max() * max(fx, fy)
-    return Intrinsics(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3)), float(off)
+    off = np.abs(basis @ (k1, k2, k3, p1, p2) - wanted).max() * max(camera.fx, camera.fy)
+    return replace(camera, distortion=(k1, k2, p1, p2, k3)), float(off)
 
 
 def _tangential(x: Array, y: Array) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """Intel RealSense D4xx through librealsense."""
 
+from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self
 
@@ -147,15 +148,15 @@ def _intrinsics(rs: Any, of: Any) -> Intrinsics:
     Raises:
         CameraError: a model that we cannot express.
     """
-    width, height, fx, fy, cx, cy = of.width, of.height, of.fx, of.fy, of.ppx, of.ppy
+    camera = Intrinsics(of.width, of.height, of.fx, of.fy, of.ppx, of.ppy)
     k1, k2, p1, p2, k3 = (float(each) for each in of.coeffs)
     if not any((k1, k2, p1, p2, k3)):
-        return Intrinsics(width, height, fx, fy, cx, cy)
+        return camera
     if of.model == rs.distortion.brown_conrady:
-        return Intrinsics(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
+        return replace(camera, distortion=(k1, k2, p1, p2, k3))
     if of.model == rs.distortion.inverse_brown_conrady:
         straighten = rational(np.array([k1, k2, p1, p2, k3, 0.0, 0.0, 0.0]))
-        return fitted(inverse(straighten), width, height, fx, fy, cx, cy)[0]
+        return fitted(inverse(straighten), camera)[0]
     raise CameraError(
         f"This RealSense camera describes its lens by the model {of.model}, which is not supported.",
         hint="Use a camera of the D4xx series.",

@@ -97,7 +97,7 @@ class Registration:
             points[:, 2] = along
             return camera.project(points).astype(np.float32), along
         flat = points[:, :2] / along[:, None]
-        scale, centre = np.float32([camera.fx, camera.fy]), np.float32([camera.cx, camera.cy])
+        scale, centre = np.array([[camera.fx, camera.fy], [camera.cx, camera.cy]], dtype=np.float32)
         return (flat * scale + centre).astype(np.float32), along
 
 
