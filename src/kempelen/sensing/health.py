@@ -91,7 +91,8 @@ class HealthCheck:
             return _GOOD
         return Health(
             Sight.MISMATCHED,
-            f"Depth and colour were taken {abs(frame.skew):.2f} s apart, more than {limit:g} s: the camera loses "
+            f"Depth and colour were taken {abs(frame.skew):.2f} s apart, more than {limit:g} s: the "
+            "camera loses "
             "pictures. Use a faster USB port, or fewer programs beside it.",
         )
 
@@ -107,7 +108,8 @@ class HealthCheck:
         if likeness < self.parameters["health.coherence"]:
             return Health(
                 Sight.NOISE,
-                f"The colour picture is noise: neighbouring pixels are alike by {likeness:.2f} only. Unplug the "
+                f"The colour picture is noise: neighbouring pixels are alike by {likeness:.2f} only. "
+                "Unplug the "
                 "camera and plug it in again.",
             )
         return _GOOD
@@ -116,11 +118,13 @@ class HealthCheck:
         if level < self.parameters["health.dark"]:
             return Health(
                 Sight.DARK,
-                f"The picture is dark: {level:.0f} of 255 grey levels. Switch the light on, or uncover the lens.",
+                f"The picture is dark: {level:.0f} of 255 grey levels. Switch the light on, or uncover "
+                "the lens.",
             )
         return Health(
             Sight.COVERED,
-            f"The picture is one even grey of {level:.0f}: something covers the lens, or it is blinded. Uncover it.",
+            f"The picture is one even grey of {level:.0f}: something covers the lens, or it is blinded. "
+            "Uncover it.",
         )
 
     def _reach(self, frame: Frame) -> Health:
@@ -131,7 +135,8 @@ class HealthCheck:
         if measured < self.parameters["health.measured"]:
             return Health(
                 Sight.COVERED,
-                f"Only {100 * measured:.0f} % of the depth picture is measured: something covers the camera, or is "
+                f"Only {100 * measured:.0f} % of the depth picture is measured: something covers the "
+                "camera, or is "
                 "too near to it. Uncover it.",
             )
         both = (patches[:, :, 1:] > 0) & (patches[:, :, :-1] > 0)
@@ -140,7 +145,8 @@ class HealthCheck:
         if jump > self.parameters["health.depth_jump"]:
             return Health(
                 Sight.NOISE,
-                f"The depth picture is noise: neighbours differ by {jump:.0f} mm. Keep sunlight off the table, or "
+                f"The depth picture is noise: neighbours differ by {jump:.0f} mm. Keep sunlight off the "
+                "table, or "
                 "plug the camera in again.",
             )
         return _GOOD
@@ -151,14 +157,16 @@ def _wrong_colour(frame: Frame) -> str:
         return "The camera sends no colour. Choose depth only, or another camera."
     if frame.colour.ndim != _CHANNELS or frame.colour.shape[2] != _CHANNELS or frame.colour.dtype != np.uint8:
         return (
-            f"The colour picture is {frame.colour.shape} of {frame.colour.dtype}, not rows, columns and 3 bytes: "
+            f"The colour picture is {frame.colour.shape} of {frame.colour.dtype}, not rows, columns and 3 "
+            "bytes: "
             "set the camera to 8-bit colour."
         )
     if frame.colour_camera is not None:
         wanted = (frame.colour_camera.height, frame.colour_camera.width)
         if frame.colour.shape[:2] != wanted:
             return (
-                f"The colour picture has {frame.colour.shape[:2]} rows and columns, its intrinsics say {wanted}: "
+                f"The colour picture has {frame.colour.shape[:2]} rows and columns, its intrinsics say "
+                f"{wanted}: "
                 "read the intrinsics of the mode that the camera runs in."
             )
     return ""
@@ -168,7 +176,10 @@ def _wrong_depth(frame: Frame) -> str:
     if frame.depth is None or frame.depth_camera is None:
         return "The camera sends no depth with known intrinsics. Choose colour only, or another camera."
     if frame.depth.ndim != _DEPTH_DIMENSIONS or frame.depth.dtype != np.float32:
-        return f"The depth picture is {frame.depth.shape} of {frame.depth.dtype}, not rows and columns of float32 mm."
+        return (
+            f"The depth picture is {frame.depth.shape} of {frame.depth.dtype}, not rows and columns of "
+            "float32 mm."
+        )
     wanted = (frame.depth_camera.height, frame.depth_camera.width)
     if frame.depth.shape != wanted:
         return (

@@ -19,6 +19,8 @@ _RING = (0.3, 0.5)
 
 _CAP = 2.0  # of the noise: higher things in the surroundings are neighbours, no sign of their level
 _FILLED = 0.35  # of the pixels expected in a disc: with fewer its mean is one of flying pixels
+_ALIKE = 25.0  # mm: from pixel to pixel no surface of a piece falls by more, seen at 30 degrees or steeper
+_NEIGHBOURS = 3  # of eight: what a pixel at the corner of a surface has
 _LOWEST = -25.0  # mm: what lies deeper is a hole of the measurement
 
 
@@ -31,7 +33,7 @@ class HeightMap:
             below rank 1, column 0 to the left of the a file.
         counts: (size, size) points.
         missing: (size, size) pixels that look at the cell's bare place and measured nothing.
-        window: (h, w) mm, the depth that it was made of.
+        window: (h, w) mm, the depth that it was made of: 0 where none was measured or no neighbour agrees.
         view: The geometry that it was made with.
     """
 
@@ -56,14 +58,32 @@ def board_cells(cells: int) -> slice:
 def map_heights(view: BoardView, depth: Pixels) -> HeightMap:
     """Collect a depth picture's points where they are in space, seen from straight above."""
     window = np.nan_to_num(view.crop(depth), nan=0.0, posinf=0.0, neginf=0.0)
+    missing = view.count(view.bare[window <= 0])
+    window = np.where(supported(window), window, 0).astype(np.float32)
     index, height = view.cell_of(window)
     flat = index.ravel()
     counts = view.count(flat)
     total = view.count(flat, height.ravel())
     with np.errstate(invalid="ignore", divide="ignore"):
         heights = total / counts
-    missing = view.count(view.bare[window <= 0])
     return HeightMap(heights.astype(np.float32), counts, missing, window, view)
+
+
+def supported(depth: Pixels) -> Mask:
+    """(h, w) which pixels have neighbours at about their depth: those at edges that mix two surfaces have none.
+
+    Args:
+        depth: (h, w) mm, 0 where nothing was measured.
+    """
+    padded = np.pad(depth, 1)
+    height, width = depth.shape
+    count = np.zeros(depth.shape, np.uint8)
+    for row in range(3):
+        for column in range(3):
+            if (row, column) != (1, 1):
+                count += np.abs(padded[row : row + height, column : column + width] - depth) < _ALIKE
+    out: Mask = (count >= _NEIGHBOURS) & (depth > 0)
+    return out
 
 
 def by_square(grid: Pixels, cells: int) -> Pixels:

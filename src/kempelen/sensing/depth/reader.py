@@ -191,6 +191,17 @@ class DepthReader:
         self.reference.remember(look.map, empty)
         self._note(look, empty)
 
+    def adapt(self, look: DepthLook, empty: Mask) -> None:
+        """Follow slow changes: squares that are empty for certain, and what the rest of the frame shows.
+
+        Args:
+            look: At a frame without a hand.
+            empty: (64,) squares that are empty for certain.
+        """
+        estimate(look.evidence, self.parameters, None)
+        self.reference.remember(look.map, empty)
+        self._note(look, empty)
+
     def judge(self, look: DepthLook, *, hand: bool = False) -> DepthReading:
         """Conclude from what was measured."""
         empty, piece = occupied_over_empty(look.evidence, self.parameters)
