@@ -18,7 +18,7 @@ from kempelen.core.errors import TwinError
 from kempelen.twin.grbl import VirtualGrbl
 from kempelen.twin.physics.world import World
 
-VERSION = 1
+VERSION = 2
 _WAIT_S = 45.0
 _POLL_S = 0.02
 

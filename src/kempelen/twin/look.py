@@ -26,6 +26,8 @@ class Look(BaseModel):
         black: Pieces.
         gloss: Of the pieces: 0 is felt, 1 is varnish.
         board_gloss: Of the board.
+        skin: Of the person's hand.
+        sleeve: Over the person's forearm.
         seed: Of the grain.
     """
 
@@ -45,6 +47,8 @@ class Look(BaseModel):
     black: Colour = (0.22, 0.15, 0.12)
     gloss: Share = 0.5
     board_gloss: Share = 0.15
+    skin: Colour = (0.80, 0.58, 0.47)
+    sleeve: Colour = (0.22, 0.27, 0.42)
     seed: Annotated[int, Field(ge=0)] = 0
 
 

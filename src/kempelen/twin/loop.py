@@ -22,6 +22,7 @@ from kempelen.twin.faults import apply_fault
 from kempelen.twin.grbl import VirtualGrbl
 from kempelen.twin.keeping import StateLock, forget_state, load_state, save_state
 from kempelen.twin.machine import Point, make_controller, make_scene, tool_point
+from kempelen.twin.physics.person import manner
 from kempelen.twin.physics.world import World
 from kempelen.twin.spec import TwinSpec
 from kempelen.twin.wire import make_wire
@@ -32,6 +33,7 @@ _PATIENCE_S = 0.1  # how long a starving controller waits for its host, wall clo
 _MAX_LAG_S = 0.1
 _OPENING_S = 0.15
 _WIND_DOWN_S = 120.0
+_HOVER_MM = 120.0
 
 
 def _errand(done: Callable[[], bool]) -> Pending:
@@ -195,6 +197,7 @@ class TwinLoop:
             "stats": self._stats,
             "settle": self._settle,
             "carry": self._carry,
+            "hover": self._hover,
             "supply": self._supply,
             "remove": self._remove,
             "fault": self._fault,
@@ -249,9 +252,15 @@ class TwinLoop:
         )
 
     def _carry(self, request: Mapping[str, Any]) -> Pending:
-        """The virtual person takes the piece nearest to ``from`` to ``to``."""
+        """The virtual person takes the piece nearest to ``from`` to ``to``; see `manner` for how."""
         x, y = map(float, request["from"])
-        return _errand(self._world.person.carry((x, y), self._spot(request)))
+        return _errand(self._world.person.carry((x, y), self._spot(request), **manner(request)))
+
+    def _hover(self, request: Mapping[str, Any]) -> Pending:
+        """The virtual person holds a hand ``height`` mm above ``to`` for so many ``seconds``."""
+        x, y, z = self._spot(request)
+        height = float(request.get("height", _HOVER_MM))
+        return _errand(self._world.person.hover((x, y, z + height), float(request["seconds"])))
 
     def _supply(self, request: Mapping[str, Any]) -> Pending:
         """The virtual person brings another piece."""

@@ -15,7 +15,7 @@ _POWER_UP = (0.35, 0.6, 0.8)  # where the carriage happens to be when the power 
 def make_scene(spec: TwinSpec) -> Scene:
     """The table as laid."""
     scene = Scene.from_layout(spec.table(), spec.standing(), seed=spec.seed, scatter=spec.scatter)
-    return replace(scene, look=spec.look)
+    return replace(scene, look=spec.look, person=spec.person)
 
 
 def make_controller(spec: TwinSpec) -> VirtualGrbl:

@@ -1,7 +1,7 @@
 """What a twin is started with: the table, what stands on it, and how fast time runs."""
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import chess
 import numpy as np
@@ -32,6 +32,7 @@ class TwinSpec(BaseModel):
         baud: Speed of the serial line to model, bit/s; 0 for an instantaneous one.
         cameras: Over the table; each has a process and a ring of frames.
         look: Colours, for the cameras.
+        person: Whose side the virtual person sits at.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -54,6 +55,7 @@ class TwinSpec(BaseModel):
     baud: Annotated[int, Field(ge=0, le=10_000_000)] = 0
     cameras: Annotated[tuple[CameraSpec, ...], Field(max_length=4)] = ()
     look: Look = DEFAULT_LOOK
+    person: Literal["white", "black"] = "white"
 
     @model_validator(mode="after")
     def _own_rings(self) -> Self:

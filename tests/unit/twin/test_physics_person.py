@@ -99,7 +99,7 @@ def test_a_snapshot_in_mid_errand_goes_on_exactly(driver: WorldDriver) -> None:
     driver.wait(0.9, closed=True)
     other = World(SCENE, seed=77)
     other.restore(driver.world.snapshot())
-    for _ in range(600):
+    for _ in range(1000):
         driver.wait(TICK, closed=True)
         other.step(TICK, other.tool_mm, gripper_closed=True)
     assert not other.person.busy

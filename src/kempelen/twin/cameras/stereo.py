@@ -66,7 +66,7 @@ class Stereo:
         disparity = expected.disparity
         if noise.disparity:
             noisy = (disparity + expected.spread * self._error.cut()) * np.float32(1 / _STEP)
-            disparity = np.rint(noisy).astype(np.float32) * np.float32(_STEP)
+            disparity = np.multiply(np.rint(noisy), _STEP, dtype=np.float32)
         out: Depth = self._scale / np.maximum(disparity, np.float32(_STEP)) + np.float32(noise.offset)
         empty = expected.disparity <= 0
         if expected.loss.max() > 0:

@@ -11,6 +11,7 @@ from kempelen.core.pieces import KINDS
 from kempelen.twin.physics.appearance import add_frame, add_materials, add_meshes, paint_textures
 from kempelen.twin.physics.bodies import add_piece, add_surfaces, quaternion
 from kempelen.twin.physics.gantry import PALM_HEIGHT, Jaw, add_gantry
+from kempelen.twin.physics.hand import add_hand
 from kempelen.twin.physics.scene import Scene
 from kempelen.twin.physics.units import METRES
 
@@ -39,6 +40,7 @@ def build_model(scene: Scene) -> Any:
     slides = {axis: spec.body(f"slide_{axis}") for axis in "xz"}
     palm_top = jaw.length + PALM_HEIGHT
     add_frame(spec, slides, scene.table.space, palm_top=palm_top, table_top=scene.table_top)
+    add_hand(spec, scene.look)
     _add_light_and_camera(spec, scene)
     model = spec.compile()
     paint_textures(model, scene.look, scene.table.square)

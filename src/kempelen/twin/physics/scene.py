@@ -51,12 +51,14 @@ class Scene:
         pieces: All free bodies.
         board_thickness: The board's playing surface above the table top, mm.
         look: Colours, for cameras.
+        person: Whose side the virtual person sits at: ``"white"`` or ``"black"``.
     """
 
     table: Table
     pieces: tuple[StandingPiece, ...]
     board_thickness: float = 20.0
     look: Look = DEFAULT_LOOK
+    person: str = "white"
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(p.piece_id for p in self.pieces).items() if n > 1]

@@ -9,7 +9,9 @@ import numpy as np
 
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array
+from kempelen.twin.physics.bodies import quaternion
 from kempelen.twin.physics.gantry import CLOSE_SPEED, FINGERS, OPEN_SPEED, Jaw
+from kempelen.twin.physics.hand import hand_pose, resting_place
 from kempelen.twin.physics.model import build_model
 from kempelen.twin.physics.scene import Scene, StandingPiece
 from kempelen.twin.physics.state import Sleep, read_state, wake, write_state
@@ -38,6 +40,7 @@ class Simulation:
         self.tool = np.asarray(tool)
         self._fingers[:] = Jaw.of(scene.table.gripper).stroke * METRES
         self._settle()
+        self.show_hand(resting_place(scene.table, at_white=scene.person == "white"))
 
     def _load(self, scene: Scene) -> None:
         """Compile the scene and take views of MuJoCo's arrays, once."""
@@ -98,6 +101,12 @@ class Simulation:
             complaint = _complaints[0].strip()
             _complaints.clear()
             raise TwinError(f"The physics broke down: {complaint}", hint="Set the table anew; report how.")
+
+    def show_hand(self, tip: Array) -> None:
+        """Put the person's finger tips at (3,) mm: a sight only."""
+        scene = self.scene
+        pose = hand_pose(scene.table, tip, at_white=scene.person == "white")
+        self.data.mocap_pos[0], self.data.mocap_quat[0] = pose.translation * METRES, quaternion(pose)
 
     # --- the pieces -----------------------------------------------------------------------------------------
 
@@ -175,6 +184,7 @@ class Simulation:
         self._slides[:], self._fingers[:] = before.qpos[7 * n : 7 * n + 3], before.qpos[7 * n + 3 :]
         self._finger_speeds[:] = before.qvel[6 * n + 3 :]
         self.data.time = time
+        self.data.mocap_pos[:], self.data.mocap_quat[:] = before.mocap_pos, before.mocap_quat
         numbers, asleep = self.state()
         asleep[:n] = before.tree_asleep[:n]
         write_state(self.model, self.data, numbers, asleep)

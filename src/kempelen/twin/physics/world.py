@@ -34,7 +34,7 @@ TOUCH_DOWN = 0.1
 """A piece put down at once starts this far above the surface, mm."""
 TIPPING = 1.1
 """Past the balance of any piece, rad."""
-SNAPSHOT_VERSION = 1
+SNAPSHOT_VERSION = 2
 
 
 class World:
@@ -119,6 +119,7 @@ class World:
             self._forget()
         if self.person.busy:
             self.person.advance(dt)
+            self._simulation.show_hand(self.person.hand)
             self._forget()
         if length > STANDSTILL:
             self._still = 0.0
