@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,8 @@ class BenchResult:
     Attributes:
         bench: Its name.
         figures: The numbers that it is judged by.
-        rows: The table behind them: the same keys in each row.
+        rows: The tables behind them: rows with the same keys and the same value of ``data``, where there is
+            one, make a table.
     """
 
     bench: str
@@ -47,10 +49,10 @@ class BenchResult:
     def print_table(self, console: Console) -> None:
         """The rows, then the figures."""
         console.print(f"kempelen bench {self.bench}", highlight=False)
-        if self.rows:
-            console.print(_table(self.rows, console.width))
+        for rows in _tables(self.rows):
+            console.print(_table(rows, console.width))
+            console.print()
         figures = [{"figure": name, "value": value} for name, value in self.figures.items()]
-        console.print()
         console.print(_table(figures, console.width))
 
 
@@ -66,6 +68,15 @@ def _surname(name: str) -> str:
     """As PGN writes it, before the comma; else the last word."""
     surname, comma, _ = name.partition(",")
     return (surname if comma else name.rpartition(" ")[2]).strip() or "?"
+
+
+def _tables(rows: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
+    """Rows side by side that go into one table; what was measured on real and on simulated data never do."""
+
+    def kind(row: dict[str, Any]) -> tuple[tuple[str, ...], Any]:
+        return tuple(row), row.get("data")
+
+    return [list(group) for _, group in groupby(rows, key=kind)]
 
 
 def _table(rows: list[dict[str, Any]], width: int) -> Table:

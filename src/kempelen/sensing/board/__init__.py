@@ -1,1 +1,1 @@
-"""Finding the board."""
+"""Finding the board in a picture: from colour alone, and from depth and colour."""

@@ -1,0 +1,42 @@
+"""`kempelen bench vision`: the eyes on labelled pictures of real boards (``--data``).
+
+Each part of the eyes has its own module ``vision_*``; here they are run one after the other. Real pictures
+and simulated ones never share a table.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from kempelen.bench.real_data import data_folder
+from kempelen.bench.result import BenchResult, Progress
+from kempelen.bench.section import Section
+from kempelen.bench.vision_board import measure_finding
+
+PARTS: tuple[Callable[[Path, int, Progress], Section], ...] = (measure_finding,)
+"""Called with the folder, the seed and the progress of the part, 0 to 1."""
+
+
+def run(*, seed: int, pgn: Path | None, data: Path | None, progress: Progress) -> BenchResult:
+    """Measure every part.
+
+    Args:
+        seed: Of everything random.
+        pgn: Not used.
+        data: Folder with ``board-photos``, ``game-photos``, ``rgbd``, any of them missing; by default that in
+            the environment variable ``KEMPELEN_REAL_DATA``, else ``../shared/real``.
+        progress: Told before each picture.
+
+    Raises:
+        ConfigError: there are no labelled pictures.
+    """
+    del pgn
+    folder = data_folder(data)
+    total = Section()
+    for number, part in enumerate(PARTS):
+        total += part(folder, seed, _part_of(progress, number, len(PARTS)))
+    return BenchResult("vision", total.figures, total.rows)
+
+
+def _part_of(progress: Progress, number: int, parts: int) -> Progress:
+    """Its share of the whole."""
+    return lambda what, share: progress(what, (number + share) / parts)

@@ -1,0 +1,125 @@
+"""Which corner is a1.
+
+The picture of the empty board leaves two answers: a1 is dark, so is h8. What settles it is a known position
+(white's men are the lighter ones), or the operator's word on which side of the picture White sits.
+"""
+
+from dataclasses import replace
+from enum import StrEnum
+
+import chess
+import cv2
+import numpy as np
+
+from kempelen.core.camera import Picture
+from kempelen.core.geometry import Array
+from kempelen.sensing.board.placement import ROWS
+from kempelen.sensing.sighting import BoardSighting, moved
+
+_SAMPLES = 12  # a side of a square
+_MIDDLE = slice(4, 8)  # of those: where a man's foot and body are
+_FEWEST_MEN = 2  # of each colour, without which brightness says nothing
+_CLEARLY = 3.0  # standard errors by which one answer must be better
+
+
+class Side(StrEnum):
+    """Of the picture, where White sits."""
+
+    BOTTOM = "bottom"
+    TOP = "top"
+    LEFT = "left"
+    RIGHT = "right"
+
+
+_TOWARDS = {
+    Side.BOTTOM: np.array([0.0, 1.0]),
+    Side.TOP: np.array([0.0, -1.0]),
+    Side.LEFT: np.array([-1.0, 0.0]),
+    Side.RIGHT: np.array([1.0, 0.0]),
+}
+
+_HALF_TURN = np.array([[-1.0, 0.0, ROWS], [0.0, -1.0, ROWS], [0.0, 0.0, 1.0]])
+_QUARTER_TURN = np.array([[0.0, -1.0, ROWS], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def board_from_window(pixels_from_window: Array, *, dark_corner: bool) -> Array:
+    """(3, 3) homography from squares of the board plane, a1 dark, White nearer to the picture's bottom.
+
+    Args:
+        pixels_from_window: From a window whose y axis runs to the right of its x axis, as pictures do.
+        dark_corner: Whether the window's square at its origin is dark.
+    """
+    mirror = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, ROWS], [0.0, 0.0, 1.0]])
+    # the window's lower left square is the one at y = 7: of the other colour than that at its origin
+    upright = pixels_from_window @ mirror
+    turned: Array = upright @ _QUARTER_TURN if dark_corner else upright
+    return nearest_side(turned, Side.BOTTOM)
+
+
+def half_turned(image_from_board: Array) -> Array:
+    """The same board with h8 for a1."""
+    out: Array = image_from_board @ _HALF_TURN
+    return out
+
+
+def nearest_side(image_from_board: Array, side: Side) -> Array:
+    """Of the two turns with a1 dark, that with White nearer to a side of the picture."""
+    white, black = moved(image_from_board, np.array([[4.0, 0.0], [4.0, 8.0]]))
+    towards = float((white - black) @ _TOWARDS[side])
+    return image_from_board if towards >= 0 else half_turned(image_from_board)
+
+
+def turned_to(sighting: BoardSighting, side: Side) -> BoardSighting:
+    """With White where the operator says."""
+    return replace(sighting, image_from_board=nearest_side(sighting.image_from_board, side), oriented=True)
+
+
+def turned_by_position(sighting: BoardSighting, picture: Picture, position: chess.BaseBoard) -> BoardSighting:
+    """With a known position told from its half turn by where the lighter men stand.
+
+    ``oriented`` stays False where the picture does not tell: too few men, a symmetrical position in one
+    colour, or men whose brightness hardly differs.
+    """
+    scores = [_agreement(square_contrast(image, picture), position) for image in _both(sighting)]
+    best = int(np.argmax(scores))
+    certain = scores[best] > _CLEARLY and scores[best] - scores[1 - best] > _CLEARLY
+    image = _both(sighting)[best] if certain else sighting.image_from_board
+    return replace(sighting, image_from_board=image, oriented=bool(certain))
+
+
+def square_contrast(image_from_board: Array, picture: Picture) -> Array:
+    """(64,) brightness of the middle of each square against the empty squares of its colour, grey levels.
+
+    The reference is the median over the squares of that colour: half of them are empty in every position.
+    """
+    grid = (np.arange(ROWS * _SAMPLES) + 0.5) / _SAMPLES
+    x, y = np.meshgrid(grid, grid)
+    spots = moved(image_from_board, np.column_stack([x.ravel(), y.ravel()])).astype(np.float32)
+    grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    across, down = (spots[:, axis].reshape(x.shape) for axis in (0, 1))
+    seen = cv2.remap(grey, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    blocks = np.asarray(seen, dtype=np.float64).reshape(ROWS, _SAMPLES, ROWS, _SAMPLES)
+    middle = np.median(blocks[:, _MIDDLE, :, _MIDDLE], axis=(1, 3)).ravel()
+    dark = (np.add.outer(np.arange(ROWS), np.arange(ROWS)) % 2 == 0).ravel()
+    for colour in (dark, ~dark):
+        middle[colour] -= np.median(middle[colour])
+    return middle
+
+
+def _both(sighting: BoardSighting) -> tuple[Array, Array]:
+    return sighting.image_from_board, half_turned(sighting.image_from_board)
+
+
+def _agreement(contrast: Array, position: chess.BaseBoard) -> float:
+    """By how many standard errors White's squares are brighter than Black's, square colours evened out."""
+    white = np.array(
+        [square in chess.SquareSet(position.occupied_co[chess.WHITE]) for square in chess.SQUARES]
+    )
+    black = np.array(
+        [square in chess.SquareSet(position.occupied_co[chess.BLACK]) for square in chess.SQUARES]
+    )
+    if min(white.sum(), black.sum()) < _FEWEST_MEN:
+        return 0.0
+    bright, dim = contrast[white], contrast[black]
+    spread = np.sqrt(bright.var(ddof=1) / len(bright) + dim.var(ddof=1) / len(dim))
+    return float((bright.mean() - dim.mean()) / max(spread, 1.0))

@@ -1,0 +1,151 @@
+"""The lattice method: X-corners, a lattice, the window that is the board, its homography.
+
+Everything here is in one picture's pixels and in the squares of a window whose origin is any of the board's
+corners; which one is a1 is settled by :mod:`kempelen.sensing.board.orientation`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kempelen.core.camera import Picture
+from kempelen.core.geometry import Array
+from kempelen.sensing.board import reasons
+from kempelen.sensing.board.contrast import measure_contrasts
+from kempelen.sensing.board.corners import Corners, View, find_corners
+from kempelen.sensing.board.fit import BoardFit, fit_board
+from kempelen.sensing.board.lattice import Lattice, apply, grow_lattices, inverse
+from kempelen.sensing.board.placement import ROWS, Placement, block_around, place_board
+
+_SIZES = (1000, 500, 1600)  # px, longest side: the second for blurred pictures, the third for small boards
+_MIDDLES = np.stack(np.meshgrid(np.arange(ROWS) + 0.5, np.arange(ROWS) + 0.5), axis=-1).reshape(-1, 2)
+_SURE = 0.99  # probability of the window from which it is taken for the board
+_PER_SQUARE = (
+    0.55  # evidence for each square in view, at the least; a board full of men shows 1.2, clutter 0.3
+)
+_CORE = 10  # corners in seven rows and columns that make a lattice worth a look
+_HIDDEN = 3  # squares out of view that a board may have: one corner of it, never a row
+_SAME = 0.5  # of the squares of one window within another: the same board found twice
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A window found in a view, sure or not.
+
+    Attributes:
+        placement: Of the window.
+        fit: From squares of the window to pixels of the original picture.
+        corners: How many of the 49 inner points were seen.
+        dark_corner: Whether the square at the window's origin is dark.
+    """
+
+    placement: Placement
+    fit: BoardFit
+    corners: int
+    dark_corner: bool
+
+    @property
+    def sure(self) -> bool:
+        """Whether this is a board, and this window it."""
+        return self.placement.probability > _SURE and self.convincing
+
+    @property
+    def convincing(self) -> bool:
+        """Whether there is a chequered pattern at all."""
+        return self.placement.evidence > _PER_SQUARE * max(int(self.placement.seen.sum()), ROWS * ROWS // 2)
+
+    @property
+    def confidence(self) -> float:
+        """0 to 1."""
+        return self.placement.probability if self.convincing else 0.0
+
+
+def search(picture: Picture) -> Candidate:
+    """The one board in a picture.
+
+    Raises:
+        BoardNotFoundError: none, two, half of one, or none that can be told from its surroundings.
+    """
+    blind = reasons.blind_reason(picture)
+    if blind is not None:
+        raise blind
+    best: Candidate | None = None
+    found = 0
+    for size in _SIZES[: 3 if max(picture.shape[:2]) > _SIZES[0] else 2]:
+        candidates, corners = _at_size(picture, size)
+        found = max(found, corners)
+        sure = _distinct([each for each in candidates if each.sure])
+        if len(sure) > 1:
+            raise reasons.two_boards()
+        if sure:
+            return _whole(sure[0], picture)
+        best = max([*candidates, *([best] if best else [])], key=_evidence, default=None)
+    if best is None or not best.convincing:
+        raise reasons.no_board(found)
+    _whole(best, picture)
+    raise reasons.uncertain(best.placement)
+
+
+def _evidence(candidate: Candidate) -> float:
+    return candidate.placement.evidence
+
+
+def _at_size(picture: Picture, size: int) -> tuple[list[Candidate], int]:
+    """Candidates at one size of the picture, and the corners of the largest lattice."""
+    view = View.of(picture, size)
+    corners = find_corners(view.grey)
+    lattices = grow_lattices(corners)
+    candidates = [_candidate(picture, view, corners, lattice) for lattice in lattices]
+    return [each for each in candidates if each is not None], max(map(len, lattices), default=0)
+
+
+def _candidate(picture: Picture, view: View, corners: Corners, lattice: Lattice) -> Candidate | None:
+    core = lattice.core(ROWS - 1)
+    if len(core) < _CORE:
+        return None
+    homography = view.original_from_view @ core.view_from_lattice
+    low, size = block_around(core.indices)
+    contrasts = measure_contrasts(picture, homography, core.indices, low, size)
+    if contrasts is None:
+        return None
+    placement = place_board(contrasts, core.indices)
+    places = lattice.indices - placement.origin
+    inner = ((places >= 1) & (places <= ROWS - 1)).all(axis=1)
+    pixels, _ = apply(view.original_from_view, corners.points[lattice.members[inner]])
+    fit = fit_board(places[inner].astype(np.float64), pixels) if inner.sum() >= _CORE else None
+    if fit is None:
+        return None
+    return Candidate(placement, fit, int(inner.sum()), bool(placement.origin.sum() % 2 == 0))
+
+
+def _distinct(candidates: list[Candidate]) -> list[Candidate]:
+    """Without those that lie on a better one."""
+    kept: list[Candidate] = []
+    for candidate in sorted(candidates, key=_evidence, reverse=True):
+        middles, _ = apply(candidate.fit.pixels_from_window, _MIDDLES)
+        if all(_overlap(each, middles) < _SAME for each in kept):
+            kept.append(candidate)
+    return kept
+
+
+def _overlap(candidate: Candidate, pixels: Array) -> float:
+    places, _ = apply(inverse(candidate.fit.pixels_from_window), pixels)
+    return float(((places > 0) & (places < ROWS)).all(axis=1).mean())
+
+
+def _whole(candidate: Candidate, picture: Picture) -> Candidate:
+    """The same, if enough of it is in view and large enough.
+
+    Raises:
+        BoardNotFoundError: cut off, or too small.
+    """
+    height, width = picture.shape[:2]
+    placement, homography = candidate.placement, candidate.fit.pixels_from_window
+    if int((~placement.seen).sum()) > _HIDDEN:
+        middles, _ = apply(homography, _MIDDLES)
+        cut = reasons.cut_off(placement, middles, (width, height))
+        if cut is not None:
+            raise cut
+    if reasons.crowded(homography):
+        raise reasons.too_small(reasons.narrowest(homography))
+    return candidate
