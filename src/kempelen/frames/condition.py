@@ -1,6 +1,6 @@
 """How a camera's process is doing, and when it is started again."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 SILENT_S = 2.0
@@ -53,3 +53,14 @@ class Restarting:
     first: float = 0.5
     longest: float = 10.0
     settled: float = 10.0
+
+
+def silence(status: CameraStatus, age: float) -> CameraStatus:
+    """The status of a camera that runs, with its newest frame ``age`` s old."""
+    if age <= SILENT_S:
+        return status
+    return replace(
+        status,
+        state=CameraState.SILENT,
+        message=f"The camera has shown nothing for {age:.0f} s. Check its cable and what is in front of it.",
+    )

@@ -14,8 +14,9 @@ from typing import IO, Any, Self
 
 from kempelen.core.camera import Frame
 from kempelen.core.errors import CameraError
+from kempelen.frames.attached import arrival
 from kempelen.frames.channel import Message, OwnerChannel
-from kempelen.frames.condition import SILENT_S, CameraState, CameraStatus, Restarting
+from kempelen.frames.condition import SILENT_S, CameraState, CameraStatus, Restarting, silence
 from kempelen.frames.ring import RingReader
 
 HANG_S = 15.0  # longer than the ten seconds for which V4L2 may wait for a frame
@@ -56,6 +57,7 @@ class CameraProcess:
         self._status = CameraStatus(CameraState.STARTING)
         self._settled = asyncio.Event()  # it runs, or will not
         self._news = asyncio.Event()
+        self._change = asyncio.Event()
         self._reader: RingReader | None = None
         self._channel: OwnerChannel | None = None
         self._asked: asyncio.Future[Mapping[str, Any]] | None = None
@@ -100,15 +102,9 @@ class CameraProcess:
     @property
     def status(self) -> CameraStatus:
         """As of now."""
-        if self._status.state is CameraState.RUNNING and self._reader is not None:
-            silent = self._reader.age
-            if silent > SILENT_S:
-                return replace(
-                    self._status,
-                    state=CameraState.SILENT,
-                    message=f"The camera has shown nothing for {silent:.0f} s. Check its cable.",
-                )
-        return self._status
+        if self._status.state is not CameraState.RUNNING or self._reader is None:
+            return self._status
+        return silence(self._status, self._reader.age)
 
     @property
     def ring(self) -> str:
@@ -158,7 +154,12 @@ class CameraProcess:
             left = deadline - time.monotonic()
             if left <= 0:
                 return None
-            await self._wait(left)
+            await arrival(self._reader, self._news, left)
+
+    async def changed(self) -> None:
+        """Until ring or state have changed since the last call; for a task that reads no frames."""
+        await self._change.wait()
+        self._change.clear()
 
     async def frames(self) -> AsyncIterator[Frame]:
         """Frames as they come, none twice; a slow reader skips to the newest.
@@ -189,19 +190,6 @@ class CameraProcess:
         if self._keeper.done():
             self._keeper.result()
             raise EOFError(self._status.message)
-
-    async def _wait(self, seconds: float) -> None:
-        """For a frame, or for a change."""
-        loop, reader = asyncio.get_running_loop(), self._reader
-        if reader is not None:
-            loop.add_reader(reader.fileno(), self._news.set)
-        try:
-            with suppress(TimeoutError):
-                async with asyncio.timeout(seconds):
-                    await self._news.wait()
-        finally:
-            if reader is not None and reader is self._reader:
-                loop.remove_reader(reader.fileno())
 
     # --- the keeper: one process after the other ---------------------------------------------------------
 
@@ -313,7 +301,7 @@ class CameraProcess:
                     self._status, state=CameraState.RUNNING, message="", camera=fields["name"]
                 )
                 self._settled.set()
-                self._news.set()
+                self._announce()
             case "status":
                 self._status = replace(self._status, **fields)
             case "options" if self._asked is not None and not self._asked.done():
@@ -336,10 +324,14 @@ class CameraProcess:
         self._detach()
         more = " It is started again by itself." if started_again else ""
         self._tell(CameraState.LOST, f"{error}{more}")
-        self._news.set()
 
     def _tell(self, state: CameraState, message: str) -> None:
         self._status = replace(self._status, state=state, message=message)
+        self._announce()
+
+    def _announce(self) -> None:
+        self._news.set()
+        self._change.set()
 
 
 def _death(code: int | None, words: IO[bytes]) -> CameraError:
