@@ -11,8 +11,9 @@ from kempelen.bench.real_data import data_folder
 from kempelen.bench.result import BenchResult, Progress
 from kempelen.bench.section import Section
 from kempelen.bench.vision_board import measure_finding
+from kempelen.bench.vision_depth import measure_depth
 
-PARTS: tuple[Callable[[Path, int, Progress], Section], ...] = (measure_finding,)
+PARTS: tuple[Callable[[Path, int, Progress], Section], ...] = (measure_finding, measure_depth)
 """Called with the folder, the seed and the progress of the part, 0 to 1."""
 
 

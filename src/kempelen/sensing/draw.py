@@ -27,7 +27,7 @@ Canvas = npt.NDArray[np.uint8]
 
 
 def annotate(view: TrackerView, width: int = 960) -> Picture:
-    """The camera's picture with the board and each square's reading drawn on it, the map of heights beside it.
+    """The camera's picture with the board and each square's reading on it, the map of heights beside it.
 
     Args:
         view: Of a frame.
@@ -100,7 +100,7 @@ def _heights_panel(view: TrackerView) -> Canvas | None:
     cv2.rectangle(canvas, (edge, edge), (side - edge, side - edge), _GRID, 1)
     heights = view.observation.heights
     if heights is not None:
-        for square in np.flatnonzero(view.observation.log_likelihood.argmax(axis=1) != EMPTY):
+        for square in np.flatnonzero(view.observation.log_likelihood.argmax(axis=1) != EMPTY).tolist():
             row, column = 7 - square // 8, square % 8
             at = (edge + column * _SIDE + 8, edge + row * _SIDE + 21)
             _write(canvas, f"{heights[square]:.0f}", at, 0.36)

@@ -170,7 +170,8 @@ def _estimate_pieces(evidence: Evidence, parameters: Parameters, position: Mask 
     variance = (weights @ (logs - middle) ** 2 + _PRIOR_SQUARES * 0.25) / amount
     source = f"{weights.sum():.0f} pieces"
     parameters.estimate("depth.piece_height", float(np.exp(middle)), source)
-    parameters.estimate("depth.piece_spread", float(np.sqrt(variance)), source)
+    if position is not None:  # otherwise the low ones are missing among those that are sure
+        parameters.estimate("depth.piece_spread", float(np.sqrt(variance)), source)
 
 
 def _estimate_holes(evidence: Evidence, parameters: Parameters, occupied: Mask) -> None:
