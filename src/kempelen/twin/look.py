@@ -21,14 +21,16 @@ class Look(BaseModel):
         grain: How much streaks of wood change the squares' brightness.
         table: Table top.
         cloth: How much a fine pattern changes the table top's brightness.
+        room: Walls, where a camera sees any.
         tray: Trays.
         white: Pieces.
         black: Pieces.
         gloss: Of the pieces: 0 is felt, 1 is varnish.
         board_gloss: Of the board.
+        carving: How far the pieces' outlines depart from the usual ones.
         skin: Of the person's hand.
         sleeve: Over the person's forearm.
-        seed: Of the grain.
+        seed: Of grain and carving.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -42,11 +44,13 @@ class Look(BaseModel):
     grain: Annotated[float, Field(ge=0, le=0.5)] = 0.06
     table: Colour = (0.35, 0.38, 0.36)
     cloth: Annotated[float, Field(ge=0, le=0.5)] = 0.04
+    room: Colour = (0.55, 0.53, 0.50)
     tray: Colour = (0.87, 0.74, 0.55)
     white: Colour = (0.93, 0.86, 0.72)
     black: Colour = (0.22, 0.15, 0.12)
     gloss: Share = 0.5
     board_gloss: Share = 0.15
+    carving: Share = 0.0
     skin: Colour = (0.80, 0.58, 0.47)
     sleeve: Colour = (0.22, 0.27, 0.42)
     seed: Annotated[int, Field(ge=0)] = 0

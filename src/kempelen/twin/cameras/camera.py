@@ -28,6 +28,32 @@ class _Drawn:
     depth: Any
 
 
+class _DepthCamera:
+    """The depth half: optics and principle.
+
+    Args:
+        model: Of the camera.
+        rng: Of its noise.
+    """
+
+    def __init__(self, model: CameraModel, rng: np.random.Generator) -> None:
+        self._optics = DepthOptics.of(model)
+        stereo = model.principle is Principle.STEREO
+        self._sensor: TimeOfFlight | Stereo = (
+            Stereo(model, rng) if stereo else TimeOfFlight(model, self._optics, rng)
+        )
+
+    def expect(self, renderer: Renderer, pose: Transform, materials: Materials, noise: Noise) -> Any:
+        """What all frames have in common as long as nothing moves, at ``robot_from_depth``."""
+        canvas = self._optics.canvas
+        drawn = renderer.geometry(View(canvas, pose), Region.whole(canvas))
+        return self._sensor.expect(materials.see(self._optics, pose, drawn), noise)
+
+    def measure(self, expected: Any, noise: Noise) -> Depth:
+        """A frame: (h, w) mm."""
+        return self._sensor.measure(expected, noise)
+
+
 class VirtualCamera:
     """A depth camera of that model over a stage. Context manager; for one thread.
 
@@ -38,6 +64,7 @@ class VirtualCamera:
         noise: What is wrong with its frames.
         seed: Of all noise: the same shots in the same order give the same frames.
         backend: Way of drawing.
+        depth: Whether it measures depth at all.
     """
 
     def __init__(
@@ -49,18 +76,14 @@ class VirtualCamera:
         *,
         seed: int = 0,
         backend: str = "auto",
+        depth: bool = True,
     ) -> None:
         self.model = model
         self._settings = (placement or Placement(), lighting or Lighting(), noise)
         self._backend = backend
         rng = np.random.default_rng(seed)
-        self._optics = DepthOptics.of(model)
         self._colour = ColourSensor(rng, model.colour.height, model.colour.width)
-        self._depth: TimeOfFlight | Stereo = (
-            Stereo(model, rng)
-            if model.principle is Principle.STEREO
-            else TimeOfFlight(model, self._optics, rng)
-        )
+        self._depth = _DepthCamera(model, rng) if depth else None
         self._renderer: Renderer | None = None
         self._drawn: _Drawn | None = None
         self._of: Any = None  # the MuJoCo model that the renderer draws
@@ -129,22 +152,23 @@ class VirtualCamera:
         """
         drawn = self._draw(stage)
         colour = self._colour.expose(drawn.roots, self.noise)
-        depth = self._depth.measure(drawn.depth, self.noise)
-        if self.lighting.covered:
+        depth = None if self._depth is None else self._depth.measure(drawn.depth, self.noise)
+        if depth is not None and self.lighting.covered:
             depth = np.zeros_like(depth)
         return self._frame(colour, depth, float(stage.data.time) if time is None else time)
 
-    def _frame(self, colour: Picture, depth: Depth, time: float) -> Frame:
+    def _frame(self, colour: Picture, depth: Depth | None, time: float) -> Frame:
         self.sequence += 1
-        for picture in (colour, depth):
-            picture.setflags(write=False)
+        colour.setflags(write=False)
+        if depth is not None:
+            depth.setflags(write=False)
         return Frame(
             sequence=self.sequence,
             time=time,
             colour=colour,
             depth=depth,
             colour_camera=self.model.colour,
-            depth_camera=self.model.depth,
+            depth_camera=None if depth is None else self.model.depth,
             colour_from_depth=self.model.colour_from_depth,
         )
 
@@ -159,13 +183,12 @@ class VirtualCamera:
             view = View(self.model.colour, pose)
             picture = renderer.colour(view, Region.whole(view.intrinsics))
             roots = self._colour.develop(picture, self.lighting, self.noise)
-            self._drawn = _Drawn(state, roots, self._expect(renderer, pose @ self.model.colour_from_depth))
+            depth = None
+            if self._depth is not None:
+                pose = pose @ self.model.colour_from_depth
+                depth = self._depth.expect(renderer, pose, self._materials, self.noise)
+            self._drawn = _Drawn(state, roots, depth)
         return self._drawn
-
-    def _expect(self, renderer: Renderer, pose: Transform) -> Any:
-        canvas = self._optics.canvas
-        drawn = renderer.geometry(View(canvas, pose), Region.whole(canvas))
-        return self._depth.expect(self._materials.see(self._optics, pose, drawn), self.noise)
 
     def _renderer_of(self, stage: Stage) -> Renderer:
         if self._renderer is None or self._of is not stage.model:

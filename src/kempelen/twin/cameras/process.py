@@ -6,18 +6,15 @@ import signal
 import socket
 import time
 from dataclasses import replace
-from typing import Any
-
-import mujoco
 
 from kempelen.core.errors import KempelenError
 from kempelen.frames.ring import RingWriter
 from kempelen.twin.cameras.camera import VirtualCamera
 from kempelen.twin.cameras.link import LONGEST, Message, unpack
 from kempelen.twin.cameras.settings import CameraSpec
+from kempelen.twin.cameras.still import Still
 from kempelen.twin.machine import make_scene
-from kempelen.twin.physics.model import build_model
-from kempelen.twin.physics.scene import Scene, StandingPiece
+from kempelen.twin.physics.scene import StandingPiece
 from kempelen.twin.spec import TwinSpec
 
 SLOTS = 5
@@ -27,28 +24,21 @@ _BYTES = 3 + 4
 """Of a colour and a depth pixel, generously as if both pictures were of the larger size."""
 
 
-class Puppets:
-    """The table as told: a stage without any life of its own.
+class Puppets(Still):
+    """The table as told.
 
     Args:
-        spec: Of the twin.
+        scene: As it was at first.
     """
 
-    def __init__(self, spec: TwinSpec) -> None:
-        self._load(make_scene(spec))
-        self.heard = False
-
-    def _load(self, scene: Scene) -> None:
-        self.scene = scene
-        self.model: Any = build_model(scene)
-        self.data: Any = mujoco.MjData(self.model)
+    heard = False
 
     def hear(self, message: Message) -> None:
         """Take in a message."""
         if "pieces" in message:
             pieces = tuple(StandingPiece(**piece) for piece in message["pieces"])
             if pieces != self.scene.pieces:
-                self._load(replace(self.scene, pieces=pieces))
+                super().__init__(replace(self.scene, pieces=pieces))
         if "qpos" in message:
             self.data.qpos[:] = unpack(message["qpos"])
             mocap = unpack(message["mocap"]).reshape(-1, 7)
@@ -67,7 +57,7 @@ class CameraLoop:
 
     def __init__(self, link: socket.socket, spec: CameraSpec, twin: TwinSpec) -> None:
         self._link = link
-        self._puppets = Puppets(twin)
+        self._puppets = Puppets(make_scene(twin))
         self._camera = VirtualCamera.of(spec)
         pixels = max(lens.width * lens.height for lens in (spec.optics.colour, spec.optics.depth))
         self._ring = RingWriter(spec.ring, SLOTS, _BYTES * pixels)

@@ -17,7 +17,7 @@ from kempelen.twin.physics.scene import Scene
 
 Ids = npt.NDArray[np.int16]
 
-NEAR, FAR = 50.0, 6000.0
+NEAR, FAR = 50.0, 12_000.0
 """Nothing nearer or farther is drawn, mm."""
 
 

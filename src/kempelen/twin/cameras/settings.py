@@ -15,6 +15,8 @@ Millimetres = Annotated[float, Field(ge=-10_000, le=10_000)]
 Point = tuple[Millimetres, Millimetres, Millimetres]
 
 _NEAREST = 50.0
+_LEVEL = 1e-3
+"""A view that is less inclined than this (sine) is straight down or up."""
 
 
 class Placement(BaseModel):
@@ -42,9 +44,10 @@ class Placement(BaseModel):
 
     @property
     def board_from_camera(self) -> Transform:
-        """Pose of the colour camera; the top of its picture is away from White where that can be."""
+        """Pose of the colour camera, upright; straight from above, the top of its picture is Black's side."""
         z = _unit(np.subtract(self.target, self.position))
-        down = np.array([0.0, -1.0, 0.0]) if abs(z[2]) > 0.9 * abs(z[1]) else np.array([0.0, 0.0, -1.0])
+        level = float(np.hypot(z[0], z[1]))
+        down = np.array([0.0, 0.0, -1.0]) if level > _LEVEL else np.array([0.0, -1.0, 0.0])
         x = _unit(np.cross(down, z))
         y = np.cross(z, x)
         c, s = np.cos(self.roll), np.sin(self.roll)

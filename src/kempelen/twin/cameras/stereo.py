@@ -63,16 +63,21 @@ class Stereo:
 
     def measure(self, expected: Expectation, noise: Noise) -> Depth:
         """A frame: (h, w) mm."""
-        disparity = expected.disparity
-        if noise.disparity:
-            noisy = (disparity + expected.spread * self._error.cut()) * np.float32(1 / _STEP)
-            disparity = np.multiply(np.rint(noisy), _STEP, dtype=np.float32)
-        out: Depth = self._scale / np.maximum(disparity, np.float32(_STEP)) + np.float32(noise.offset)
+        disparity = self._jittered(expected) if noise.disparity else expected.disparity
+        out: Depth = np.divide(self._scale, np.maximum(disparity, np.float32(_STEP)), dtype=np.float32)
+        out += np.float32(noise.offset)
         empty = expected.disparity <= 0
         if expected.loss.max() > 0:
             empty |= self._patches.cut() < _quantile(expected.loss)
         empty |= (out < self._model.nearest) | (out > self._model.farthest)
         out[empty] = 0
+        return out
+
+    def _jittered(self, expected: Expectation) -> Depth:
+        """(h, w) disparity as matched, in the steps in which it is reported."""
+        out: Depth = (expected.disparity + expected.spread * self._error.cut()) * np.float32(1 / _STEP)
+        np.rint(out, out=out)
+        out *= np.float32(_STEP)
         return out
 
 

@@ -26,7 +26,7 @@ HIDDEN = 3
 WHITE, BLACK, BOARD, TABLE = "white", "black", "board", "table"
 """Names of materials."""
 Rgba = tuple[float, float, float, float]
-_CLOTH_REPEAT = (20.0, 20.0)
+_CLOTH_REPEAT = (60.0, 60.0)
 _SIDES = 28
 _ALUMINIUM = (0.72, 0.74, 0.78, 1.0)
 _STEEL = (0.32, 0.34, 0.38, 1.0)
@@ -92,9 +92,14 @@ def profile(kind: chess.PieceType, shape: PieceShape) -> Array:
 
 
 def add_materials(spec: Any, look: Look) -> None:
-    """Materials of the two colours of pieces, the board's top and the table's."""
+    """Materials of the two colours of pieces, the board's top, the table's and the walls."""
     for name, rgb in ((WHITE, look.white), (BLACK, look.black)):
         spec.add_material(name=name, rgba=(*rgb, 1.0), specular=look.gloss, shininess=0.3 + 0.5 * look.gloss)
+    wall = np.array(look.room)
+    spec.add_texture(
+        name="room", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=wall, rgb2=0.6 * wall, width=32, height=192,
+    )  # fmt: skip
     _textured(spec, BOARD, (1.0, 1.0), look.board_gloss)
     _textured(spec, TABLE, _CLOTH_REPEAT, 0.05)
 
@@ -126,12 +131,32 @@ def add_board_paint(board: Any, square: float, look: Look) -> None:
     )  # fmt: skip
 
 
-def add_meshes(spec: Any, pieces: Mapping[chess.PieceType, PieceShape]) -> None:
+def add_meshes(spec: Any, pieces: Mapping[chess.PieceType, PieceShape], look: Look) -> None:
     """One turned mesh for each kind; the king's cross and the knight's head beside it."""
+    rng = np.random.default_rng(look.seed)
     for kind in KINDS:
-        _mesh(spec, chess.piece_name(kind), *_turned(profile(kind, pieces[kind])))
+        outline = carved(profile(kind, pieces[kind]), rng, look.carving)
+        _mesh(spec, chess.piece_name(kind), *_turned(outline))
     knight = pieces[chess.KNIGHT]
     _mesh(spec, "horse", *_horse(knight))
+
+
+def carved(outline: Array, rng: np.random.Generator, share: float) -> Array:
+    """(n, 2) an outline as another workshop would turn it; base, top and widest parts stay.
+
+    Args:
+        outline: (n, 2) radius and height, mm.
+        rng: The workshop's taste.
+        share: How far it goes, 0 to 1.
+    """
+    out = outline.copy()
+    if not share:
+        return out
+    gaps = np.abs(np.diff(outline[:, 1]))
+    room = np.minimum(gaps[:-1], gaps[1:])[3:-1]  # of the fifth point to the last but two
+    out[4:-2, 0] *= 1 + share * np.clip(rng.normal(-0.05, 0.12, len(room)), -0.3, 0.1)
+    out[4:-2, 1] += share * 0.4 * rng.uniform(-1, 1, len(room)) * room
+    return out
 
 
 def add_paint(body: Any, kind: chess.PieceType, shape: PieceShape, material: str) -> None:

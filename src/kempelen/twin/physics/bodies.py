@@ -25,8 +25,8 @@ FELT = (0.008, 1.0)
 """Time constant (s) and damping ratio of a landing: smooth at the time step, no bouncing."""
 CENTRE_OF_MASS = 0.3
 """Height of the centre of mass over the piece's height: sets worth playing with are weighted."""
-TABLE_HALF = 2.0
-"""Half the side of the table top, m."""
+TABLE_HALF = 6.0
+"""Half the side of the table top, m: as far as any camera sees."""
 
 
 class Touch(IntFlag):

@@ -19,8 +19,13 @@ MAX_VIEW = (1920, 1080)
 """Largest picture, pixels."""
 
 
-def build_model(scene: Scene) -> Any:
-    """The compiled model of a scene: metres, kilograms and seconds inside."""
+def build_model(scene: Scene, *, machine: bool = True) -> Any:
+    """The compiled model of a scene: metres, kilograms and seconds inside.
+
+    Args:
+        scene: What there is.
+        machine: Whether the robot and the person's hand are there, too.
+    """
     spec = mujoco.MjSpec()
     option = spec.option
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -31,20 +36,25 @@ def build_model(scene: Scene) -> Any:
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a world that breaks must not start anew
     add_materials(spec, scene.look)
     add_surfaces(spec, scene)
-    add_meshes(spec, {kind: scene.table.pieces[kind] for kind in KINDS})
+    add_meshes(spec, {kind: scene.table.pieces[kind] for kind in KINDS}, scene.look)
     up = Transform(scene.table.robot_from_board.rotation, np.zeros(3))
     for piece in scene.pieces:
         add_piece(spec, piece, scene.shape(piece), up)
+    if machine:
+        _add_machine(spec, scene)
+        add_hand(spec, scene.look)
+    _add_light_and_camera(spec, scene)
+    model = spec.compile()
+    paint_textures(model, scene.look, scene.table.square)
+    return model
+
+
+def _add_machine(spec: Any, scene: Scene) -> None:
     jaw = Jaw.of(scene.table.gripper)
     add_gantry(spec, jaw)
     slides = {axis: spec.body(f"slide_{axis}") for axis in "xz"}
     palm_top = jaw.length + PALM_HEIGHT
     add_frame(spec, slides, scene.table.space, palm_top=palm_top, table_top=scene.table_top)
-    add_hand(spec, scene.look)
-    _add_light_and_camera(spec, scene)
-    model = spec.compile()
-    paint_textures(model, scene.look, scene.table.square)
-    return model
 
 
 def _add_light_and_camera(spec: Any, scene: Scene) -> None:

@@ -1,0 +1,22 @@
+"""A table on which nothing moves by itself: for cameras that need no physics."""
+
+from typing import Any
+
+import mujoco
+
+from kempelen.twin.physics.model import build_model
+from kempelen.twin.physics.scene import Scene
+
+
+class Still:
+    """A stage with everything where the scene puts it.
+
+    Args:
+        scene: What there is.
+        machine: Whether the robot and the person are there.
+    """
+
+    def __init__(self, scene: Scene, *, machine: bool = True) -> None:
+        self.scene = scene
+        self.model: Any = build_model(scene, machine=machine)
+        self.data: Any = mujoco.MjData(self.model)
