@@ -145,6 +145,10 @@ class Tracker:
         self._position = None if board is None else occupancy_of(board)
         self._told = board is not None
 
+    def look_again(self) -> None:
+        """Forget where the board is, and find it anew."""
+        self._locator.forget()
+
     def update(self, frame: Frame) -> Observation:
         """Read a frame."""
         self._stages = {}
