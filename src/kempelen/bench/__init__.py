@@ -1,3 +1,3 @@
 """Measurements against bounds and peers: `kempelen bench NAME`."""
 
-BENCHES = ("motion", "twin", "vision")
+BENCHES = ("frames", "motion", "twin", "vision")

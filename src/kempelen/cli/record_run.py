@@ -3,6 +3,7 @@
 import asyncio
 import math
 import time
+from collections import deque
 from contextlib import suppress
 from pathlib import Path
 
@@ -12,10 +13,11 @@ from rich.status import Status
 from kempelen.app.cameras import OpenCamera, open_camera
 from kempelen.app.config import load_config
 from kempelen.core.errors import CameraError
-from kempelen.frames.recording import RecordingWriter
+from kempelen.frames.recording import EncodedFrame, RecordingWriter
 
 _LOOK_S = 0.5
 _PATIENCE_S = 10.0
+_AHEAD = 2  # frames being encoded; each keeps a slot of the ring
 
 
 def run_record(
@@ -56,6 +58,8 @@ class Recorder:
         self._seconds = math.inf if seconds is None else seconds
         self._frames = math.inf if frames is None else frames
         self._first = self._last = -1
+        self._taken = 0
+        self._pending = deque[asyncio.Task[EncodedFrame]]()
 
     async def run(self, status: Status | None = None) -> None:
         """Until the end.
@@ -67,33 +71,44 @@ class Recorder:
             CameraError: the camera was lost, or the disk is full; what was recorded is kept.
         """
         async with self._camera as camera:
-            with self._writer as writer, suppress(EOFError):
-                heard = began = time.monotonic()
-                while writer.frames < self._frames and time.monotonic() - began < self._seconds:
-                    if await self._step(camera, writer):
-                        heard = time.monotonic()
-                        began = heard if writer.frames == 1 else began
-                    elif time.monotonic() - heard > _PATIENCE_S:
-                        raise CameraError(
-                            f"No frame came for {_PATIENCE_S:g} s. {camera.status.message}".rstrip(),
-                            hint="Check the camera; what was recorded is kept.",
-                        )
-                    if status is not None:
-                        status.update(f"{self._progress()}   Ctrl-C ends it.")
+            with self._writer as writer:
+                try:
+                    with suppress(EOFError):
+                        await self._record(camera, status)
+                finally:
+                    while self._pending:
+                        writer.add(await self._pending.popleft())
 
-    async def _step(self, camera: OpenCamera, writer: RecordingWriter) -> bool:
-        """One frame, if one comes."""
+    async def _record(self, camera: OpenCamera, status: Status | None) -> None:
+        heard = began = time.monotonic()
+        while self._taken < self._frames and time.monotonic() - began < self._seconds:
+            if await self._step(camera):
+                heard = time.monotonic()
+                began = heard if self._taken == 1 else began
+            elif time.monotonic() - heard > _PATIENCE_S:
+                raise CameraError(
+                    f"No frame came for {_PATIENCE_S:g} s. {camera.status.message}".rstrip(),
+                    hint="Check the camera; what was recorded is kept.",
+                )
+            if status is not None:
+                status.update(f"{self._progress()}   Ctrl-C ends it.")
+
+    async def _step(self, camera: OpenCamera) -> bool:
+        """One frame, if one comes; it is encoded while the next ones come."""
         frame = await camera.newest(self._last, _LOOK_S)
         if frame is None:
             return False
-        writer.write(frame)
         self._first = frame.sequence if self._first < 0 else self._first
         self._last = frame.sequence
+        self._taken += 1
+        self._pending.append(asyncio.create_task(asyncio.to_thread(self._writer.encoded, frame)))
+        if len(self._pending) > _AHEAD:
+            self._writer.add(await self._pending.popleft())
         return True
 
     def _progress(self) -> str:
         """Frames written, and those that came too fast."""
-        missed = self._last - self._first + 1 - self._writer.frames if self._first >= 0 else 0
+        missed = self._last - self._first + 1 - self._taken if self._first >= 0 else 0
         lost = f", {missed} missed" if missed else ""
         return f"{self._writer.frames} frames{lost}"
 

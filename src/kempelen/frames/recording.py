@@ -16,6 +16,7 @@
 import json
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self
@@ -34,10 +35,7 @@ FORMAT = "kempelen recording"
 DEPTH_UNIT = 0.1  # mm
 ColourFormat = Literal["png", "jpg"]
 _DEEPEST = 65535
-_ENCODING = {
-    "png": (".png", [cv2.IMWRITE_PNG_COMPRESSION, 1]),
-    "jpg": (".jpg", [cv2.IMWRITE_JPEG_QUALITY, 95]),
-}
+_QUALITY = [cv2.IMWRITE_JPEG_QUALITY, 95]
 _FRAME = re.compile(r"(\d{6,})\.json")
 
 
@@ -84,12 +82,44 @@ class RecordingWriter:
         Raises:
             CameraError: it is not what a camera delivers, or the disk is full.
         """
+        self.add(self.encoded(frame))
+
+    def encoded(self, frame: Frame) -> "EncodedFrame":
+        """A frame for ``add``: the slow part, which may be done by several threads at once.
+
+        Raises:
+            CameraError: it is not what a camera delivers.
+        """
         require_frame(frame)
-        optics = _optics(frame)
+        pictures = {}
+        if frame.colour is not None:
+            options = _QUALITY if self._format == "jpg" else []
+            pictures[f"colour.{self._format}"] = _encode(f".{self._format}", frame.colour, options)
+        if frame.depth is not None:
+            pictures["depth.png"] = _encode(".png", depth_to_units(frame.depth), [])
+        described = {
+            "sequence": frame.sequence, "time": frame.time, "depth_time": frame.depth_time,
+            "dropped": frame.dropped,
+            "members": {
+                name: {"bytes": len(data), "crc32": checksum(data)} for name, data in pictures.items()
+            },
+        }  # fmt: skip
+        return EncodedFrame(described, pictures, _optics(frame))
+
+    def add(self, frame: "EncodedFrame") -> None:
+        """Write a frame that was encoded; in the order of their sequences.
+
+        Raises:
+            CameraError: the disk is full.
+        """
+        number = f"{self.frames:06d}"
         try:
             if self._optics is None:
-                self._begin(optics)
-            self._add(frame, optics)
+                self._begin(frame.optics)
+            for name, data in frame.pictures.items():
+                self._sink.write(f"{number}.{name}", data)
+            changed = {} if frame.optics == self._optics else {"optics": frame.optics}
+            self._sink.write(f"{number}.json", _json({**frame.described, **changed}))
         except OSError as error:
             raise CameraError(
                 f"Frame {self.frames} cannot be added to {self._path}: {error.strerror}.",
@@ -105,28 +135,22 @@ class RecordingWriter:
         }  # fmt: skip
         self._sink.write("manifest.json", _json(manifest))
 
-    def _add(self, frame: Frame, optics: dict[str, Any]) -> None:
-        ending, options = _ENCODING[self._format]
-        members: dict[str, dict[str, int]] = {}
-        if frame.colour is not None:
-            self._picture(members, f"colour{ending}", frame.colour, options)
-        if frame.depth is not None:
-            self._picture(members, "depth.png", depth_to_units(frame.depth), _ENCODING["png"][1])
-        described: dict[str, Any] = {
-            "sequence": frame.sequence, "time": frame.time, "depth_time": frame.depth_time,
-            "dropped": frame.dropped, "members": members,
-        }  # fmt: skip
-        if optics != self._optics:
-            described["optics"] = optics
-        self._sink.write(f"{self.frames:06d}.json", _json(described))
 
-    def _picture(self, members: dict[str, dict[str, int]], what: str, array: Any, options: list[int]) -> None:
-        whole, encoded = cv2.imencode(Path(what).suffix, np.ascontiguousarray(array), options)
-        if not whole:
-            raise CameraError(f"Frame {self.frames} cannot be encoded as {what}.", hint="Record as png.")
-        data = encoded.tobytes()
-        members[what] = {"bytes": len(data), "crc32": checksum(data)}
-        self._sink.write(f"{self.frames:06d}.{what}", data)
+@dataclass(frozen=True, slots=True)
+class EncodedFrame:
+    """A frame as it is written: its description, its pictures by name, its optics."""
+
+    described: dict[str, Any]
+    pictures: dict[str, bytes]
+    optics: dict[str, Any]
+
+
+def _encode(ending: str, array: Any, options: list[int]) -> bytes:
+    whole, encoded = cv2.imencode(ending, np.ascontiguousarray(array), options)
+    if not whole:
+        raise CameraError(f"A picture of shape {array.shape} cannot be encoded as {ending}.", hint="Use png.")
+    data: bytes = encoded.tobytes()
+    return data
 
 
 class Recording:
