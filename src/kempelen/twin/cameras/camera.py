@@ -8,11 +8,13 @@ import numpy as np
 
 from kempelen.core.camera import Depth, Frame, Picture
 from kempelen.core.geometry import Array, Transform
+from kempelen.twin.cameras.changes import Poses, seen_region, stale_points
 from kempelen.twin.cameras.colour import ColourSensor
 from kempelen.twin.cameras.models import KINECT_V2, CameraModel, Principle
 from kempelen.twin.cameras.noise import NOMINAL, Noise
 from kempelen.twin.cameras.optics import DepthOptics
-from kempelen.twin.cameras.render import Region, Renderer, Stage, View, kinematics, make_renderer
+from kempelen.twin.cameras.region import Region
+from kempelen.twin.cameras.render import Renderer, Stage, View, kinematics, make_renderer, mocap_poses
 from kempelen.twin.cameras.settings import CameraSpec, Lighting, Placement
 from kempelen.twin.cameras.stereo import Stereo
 from kempelen.twin.cameras.surfaces import Materials
@@ -21,11 +23,11 @@ from kempelen.twin.cameras.tof import TimeOfFlight
 
 @dataclass(slots=True)
 class _Drawn:
-    """What is kept as long as nothing moves."""
+    """What is kept as long as nothing moves, and brought up to date where something has."""
 
     state: Array
+    poses: Poses
     roots: Picture
-    depth: Any
 
 
 class _DepthCamera:
@@ -37,21 +39,51 @@ class _DepthCamera:
     """
 
     def __init__(self, model: CameraModel, rng: np.random.Generator) -> None:
+        self._lens = model.depth
         self._optics = DepthOptics.of(model)
         stereo = model.principle is Principle.STEREO
         self._sensor: TimeOfFlight | Stereo = (
             Stereo(model, rng) if stereo else TimeOfFlight(model, self._optics, rng)
         )
 
-    def expect(self, renderer: Renderer, pose: Transform, materials: Materials, noise: Noise) -> Any:
-        """What all frames have in common as long as nothing moves, at ``robot_from_depth``."""
         canvas = self._optics.canvas
-        drawn = renderer.geometry(View(canvas, pose), Region.whole(canvas))
-        return self._sensor.expect(materials.see(self._optics, pose, drawn), noise)
+        self._depth = np.zeros((canvas.height, canvas.width), np.float32)
+        self._ids = np.full((canvas.height, canvas.width), -1, np.int16)
+        self._expected: Any = self._sensor.blank()
 
-    def measure(self, expected: Any, noise: Noise) -> Depth:
+    def look(
+        self,
+        renderer: Renderer,
+        pose: Transform,
+        materials: Materials,
+        noise: Noise,
+        stale: Array | None,
+    ) -> None:
+        """Work out what all frames have in common as long as nothing moves.
+
+        Args:
+            renderer: Draws.
+            pose: ``robot_from_depth``.
+            materials: What is drawn.
+            noise: What goes wrong.
+            stale: (n, 3) mm, robot frame: whose hull holds all that has changed; None for everything.
+        """
+        lens, size = self._lens, (self._lens.width, self._lens.height)
+        kept = Region.whole(lens) if stale is None else seen_region(stale, View(lens, pose))
+        if kept.empty:
+            return
+        kept = kept.grown(self._sensor.reach, *size)
+        taken = kept.grown(self._sensor.reach, *size)
+        optics = self._optics.part(taken)
+        extent = optics.extent
+        drawn = renderer.geometry(View(self._optics.canvas, pose), extent)
+        self._depth[extent.slices], self._ids[extent.slices] = drawn
+        seen = materials.see(optics, pose, (self._depth, self._ids))
+        self._sensor.expect(self._expected, seen, noise, taken, kept)
+
+    def measure(self, noise: Noise) -> Depth:
         """A frame: (h, w) mm."""
-        return self._sensor.measure(expected, noise)
+        return self._sensor.measure(self._expected, noise)
 
 
 class VirtualCamera:
@@ -152,7 +184,7 @@ class VirtualCamera:
         """
         drawn = self._draw(stage)
         colour = self._colour.expose(drawn.roots, self.noise)
-        depth = None if self._depth is None else self._depth.measure(drawn.depth, self.noise)
+        depth = None if self._depth is None else self._depth.measure(self.noise)
         if depth is not None and self.lighting.covered:
             depth = np.zeros_like(depth)
         return self._frame(colour, depth, float(stage.data.time) if time is None else time)
@@ -173,22 +205,37 @@ class VirtualCamera:
         )
 
     def _draw(self, stage: Stage) -> _Drawn:
-        """The scene without chance, drawn anew only when something has moved."""
-        state = np.concatenate([stage.data.qpos, stage.data.mocap_pos.ravel(), stage.data.mocap_quat.ravel()])
-        renderer = self._renderer_of(stage)
-        if self._drawn is None or not np.array_equal(self._drawn.state, state):
-            kinematics(stage, self._data)
-            renderer.look(self._data, stage.scene, self.lighting)
-            pose = self.robot_from_colour(stage)
-            view = View(self.model.colour, pose)
-            picture = renderer.colour(view, Region.whole(view.intrinsics))
-            roots = self._colour.develop(picture, self.lighting, self.noise)
-            depth = None
-            if self._depth is not None:
-                pose = pose @ self.model.colour_from_depth
-                depth = self._depth.expect(renderer, pose, self._materials, self.noise)
-            self._drawn = _Drawn(state, roots, depth)
+        """The scene without chance, drawn anew where something has moved."""
+        state = np.concatenate([stage.data.qpos, mocap_poses(stage.data).ravel()])
+        renderer, before = self._renderer_of(stage), self._drawn
+        if before is not None and np.array_equal(before.state, state):
+            return before
+        kinematics(stage, self._data)
+        renderer.look(self._data, stage.scene, self.lighting)
+        poses, stale = Poses(stage.model, self._data), None
+        if before is not None:
+            stale = stale_points(before.poses, poses, stage.scene, self.lighting)
+        pose = self.robot_from_colour(stage)
+        if self._depth is not None:
+            from_depth = pose @ self.model.colour_from_depth
+            self._depth.look(renderer, from_depth, self._materials, self.noise, stale)
+        roots = self._roots(renderer, View(self.model.colour, pose), stale, before)
+        self._drawn = _Drawn(state, poses, roots)
         return self._drawn
+
+    def _roots(self, renderer: Renderer, view: View, stale: Array | None, before: _Drawn | None) -> Picture:
+        """The mean colour picture."""
+        lens, reach = view.intrinsics, self._colour.reach(self.noise)
+        if before is None or stale is None:
+            picture = renderer.colour(view, Region.whole(lens))
+            return self._colour.develop(picture, self.lighting, self.noise)
+        kept = seen_region(stale, view)
+        if not kept.empty:
+            kept = kept.grown(reach + 1, lens.width, lens.height)
+            taken = kept.grown(reach, lens.width, lens.height)
+            part = self._colour.develop(renderer.colour(view, taken), self.lighting, self.noise)
+            before.roots[kept.slices] = part[kept.within(taken)]
+        return before.roots
 
     def _renderer_of(self, stage: Stage) -> Renderer:
         if self._renderer is None or self._of is not stage.model:

@@ -4,6 +4,8 @@ Shot noise grows with the square root of light, so it is added to the square roo
 spread is the same everywhere: two saturating additions of 8-bit pictures and a table per frame.
 """
 
+import math
+
 import cv2
 import numpy as np
 
@@ -35,6 +37,11 @@ class ColourSensor:
         self._banks: tuple[Picture, Picture] | None = None
         self._shot = 0.0
         self._square = np.round(np.square(np.arange(256.0)) / 255).astype(np.uint8)
+
+    @staticmethod
+    def reach(noise: Noise) -> int:
+        """Pixels over which the lens spreads what it sees."""
+        return math.ceil(4 * noise.blur)
 
     def develop(self, drawn: Picture, lighting: Lighting, noise: Noise) -> Picture:
         """The mean picture, as square roots: (h, w, 3), to be handed to `expose`."""

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from kempelen.core.camera import Depth, Intrinsics
 from kempelen.twin.cameras.models import CameraModel
+from kempelen.twin.cameras.region import Region
 
 Index = npt.NDArray[np.int32]
 Slopes = npt.NDArray[np.float32]
@@ -43,6 +44,21 @@ class DepthOptics:
         canvas = Intrinsics(int(size[0]), int(size[1]), focal, focal, float(-low[0]), float(-low[1]))
         pixel = np.rint(dense * np.float32(focal) - low.astype(np.float32)).astype(np.int32)
         return cls(canvas, fine, pixel[..., 1] * canvas.width + pixel[..., 0], slopes)
+
+    def part(self, region: Region) -> "DepthOptics":
+        """Of some pixels alone; the canvas is the same."""
+        source, slopes = self.source[region.times(self.fine).slices], self.slopes[region.slices]
+        return DepthOptics(self.canvas, self.fine, source, slopes)
+
+    @property
+    def extent(self) -> Region:
+        """Of the canvas, what these pixels look at: its border is that of their rays."""
+        source = self.source
+        border = np.concatenate([source[0], source[-1], source[:, 0], source[:, -1]])
+        rows, columns = np.divmod(border, self.canvas.width)
+        return Region.around(np.stack([columns, rows], axis=-1).astype(float), self.canvas).grown(
+            1, self.canvas.width, self.canvas.height
+        )
 
     def on_grid(self, drawn: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
         """(fine h, fine w) of a picture (canvas h, canvas w)."""

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from kempelen.core.camera import Depth, Intrinsics, Picture
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array, Transform
+from kempelen.twin.cameras.region import Region
 from kempelen.twin.cameras.settings import Lighting
 from kempelen.twin.physics.appearance import HIDDEN
 from kempelen.twin.physics.scene import Scene
@@ -25,45 +26,6 @@ AMBIENT_SHARE = 0.5
 """Of the room's light that comes from everywhere alike; the rest comes from above."""
 SPECULAR_SHARE = 0.5
 """Of the lamp's strength, in highlights."""
-
-
-@dataclass(frozen=True, slots=True)
-class Region:
-    """Pixels of a picture: columns ``left`` up to ``right``, rows ``top`` up to ``bottom``."""
-
-    left: int
-    top: int
-    right: int
-    bottom: int
-
-    @property
-    def width(self) -> int:
-        """Pixels."""
-        return max(0, self.right - self.left)
-
-    @property
-    def height(self) -> int:
-        """Pixels."""
-        return max(0, self.bottom - self.top)
-
-    @property
-    def slices(self) -> tuple[slice, slice]:
-        """To index a picture."""
-        return slice(self.top, self.bottom), slice(self.left, self.right)
-
-    def grown(self, by: int, width: int, height: int) -> "Region":
-        """Larger on all sides, as far as a picture of that size reaches."""
-        return Region(
-            max(self.left - by, 0),
-            max(self.top - by, 0),
-            min(self.right + by, width),
-            min(self.bottom + by, height),
-        )
-
-    @classmethod
-    def whole(cls, intrinsics: Intrinsics) -> "Region":
-        """All of a picture."""
-        return cls(0, 0, intrinsics.width, intrinsics.height)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,13 @@ import numpy as np
 
 from kempelen.core.camera import Depth, Picture
 from kempelen.core.geometry import Array
+from kempelen.twin.cameras.region import Region
 from kempelen.twin.cameras.render import (
     AMBIENT_SHARE,
     FAR,
     NEAR,
     SPECULAR_SHARE,
     Ids,
-    Region,
     View,
     lamp_and_board,
 )

@@ -1,5 +1,6 @@
 """Depth by stereo matching: smooth over the matched window, blind where only one eye sees."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -10,6 +11,7 @@ from kempelen.core.camera import Depth
 from kempelen.twin.cameras.fields import Bank
 from kempelen.twin.cameras.models import CameraModel
 from kempelen.twin.cameras.noise import Noise
+from kempelen.twin.cameras.region import Region
 from kempelen.twin.cameras.surfaces import GLOSSY_IR, Surfaces
 
 _WINDOW = 7
@@ -44,8 +46,27 @@ class Stereo:
         self._error = Bank.normal(rng, *size, smooth=_WINDOW / 4)
         self._patches = Bank.normal(rng, *size, smooth=_HOLE)
 
-    def expect(self, seen: Surfaces, noise: Noise) -> Expectation:
-        """Everything but chance."""
+    @property
+    def reach(self) -> int:
+        """Pixels over which what is there changes what is measured: the largest disparity, and a window."""
+        return math.ceil(float(self._scale) / self._model.nearest) + _WINDOW
+
+    def blank(self) -> Expectation:
+        """Of a camera that has not looked yet."""
+        lens = self._model.depth
+        disparity, spread, loss = np.zeros((3, lens.height, lens.width), np.float32)
+        return Expectation(disparity, spread, loss)
+
+    def expect(self, into: Expectation, seen: Surfaces, noise: Noise, taken: Region, kept: Region) -> None:
+        """Everything but chance.
+
+        Args:
+            into: What is to be brought up to date.
+            seen: Of the pixels ``taken``.
+            noise: What goes wrong.
+            taken: A part of the picture.
+            kept: The part of it whose surroundings were seen as well.
+        """
         disparity = np.where(seen.depth > 0, self._scale / np.maximum(seen.depth, 1), 0).astype(np.float32)
         hidden = _occluded(disparity)
         if noise.disparity:
@@ -55,11 +76,10 @@ class Stereo:
         disparity[hidden | (seen.depth <= 0)] = 0
         dark = 1 / np.sqrt(np.maximum(seen.infrared, 0.1)) if noise.dark_spread else 1.0
         loss = noise.holes + noise.dropout * (seen.glossy & (seen.infrared < GLOSSY_IR))
-        return Expectation(
-            disparity,
-            np.asarray(noise.disparity * dark * np.ones_like(disparity), np.float32),
-            np.asarray(loss * np.ones_like(disparity), np.float32),
-        )
+        part = kept.within(taken)
+        into.disparity[kept.slices] = disparity[part]
+        into.spread[kept.slices] = (noise.disparity * dark * np.ones_like(disparity))[part]
+        into.loss[kept.slices] = (loss * np.ones_like(disparity))[part]
 
     def measure(self, expected: Expectation, noise: Noise) -> Depth:
         """A frame: (h, w) mm."""

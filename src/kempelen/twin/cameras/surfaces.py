@@ -20,6 +20,8 @@ _BRIGHTEST = 0.75
 """Luminance that reflects all the infrared light that anything does."""
 GLOSSY_IR = 0.25
 """What reflects less than this and is varnished loses its light elsewhere."""
+_FAR = 1e4
+"""Farther from a piece than this, in pixels or mm, is as far as can be."""
 _SHINY = 0.3
 """Gloss from which on a piece is varnished."""
 
@@ -114,6 +116,6 @@ def _infrared(colour: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
 
 def _distance(piece: npt.NDArray[np.bool_], depth: Depth, optics: DepthOptics) -> Depth:
     """(h, w) mm from each pixel to the nearest one of a piece."""
-    pixels = cv2.distanceTransform((~piece).astype(np.uint8), cv2.DIST_L2, 3)
+    pixels = np.minimum(cv2.distanceTransform((~piece).astype(np.uint8), cv2.DIST_L2, 3), np.float32(_FAR))
     out: Depth = pixels * (depth * np.float32(optics.fine / optics.canvas.fx))
-    return np.where(piece, np.float32(1e4), out)  # on a piece itself: seen directly
+    return np.where(piece, np.float32(_FAR), out)  # on a piece itself: seen directly

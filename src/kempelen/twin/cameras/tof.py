@@ -8,7 +8,6 @@ pixel's choice of a point of that grid (lateral noise), a random number (axial n
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -19,6 +18,7 @@ from kempelen.twin.cameras.fields import Bank
 from kempelen.twin.cameras.models import CameraModel
 from kempelen.twin.cameras.noise import Noise
 from kempelen.twin.cameras.optics import DepthOptics
+from kempelen.twin.cameras.region import Region
 from kempelen.twin.cameras.surfaces import GLOSSY_IR, Surfaces
 
 _WRAP = 1874.0
@@ -70,8 +70,27 @@ class TimeOfFlight:
         self._stride = width * self._fine + 2 * _REACH
         self._middle: npt.NDArray[np.int32] = (row * self._stride + column).astype(np.int32)
 
-    def expect(self, seen: Surfaces, noise: Noise) -> Expectation:
-        """Everything but chance."""
+    reach = 14
+    """Pixels over which what is there changes what is measured: multipath."""
+
+    def blank(self) -> Expectation:
+        """Of a camera that has not looked yet."""
+        lens, fine = self._model.depth, self._fine
+        shape = (lens.height, lens.width)
+        grid = np.zeros((fine * shape[0] + 2 * _REACH, fine * shape[1] + 2 * _REACH), np.float32)
+        bias, spread, loss = np.zeros((3, *shape), np.float32)
+        return Expectation(grid, bias, spread, loss)
+
+    def expect(self, into: Expectation, seen: Surfaces, noise: Noise, taken: Region, kept: Region) -> None:
+        """Everything but chance.
+
+        Args:
+            into: What is to be brought up to date.
+            seen: Of the pixels ``taken``.
+            noise: What goes wrong.
+            taken: A part of the picture.
+            kept: The part of it whose surroundings were seen as well.
+        """
         grid = _mixed(seen, self._fine) if noise.flying else seen.fine_depth
         z = seen.depth
         metres: Depth = z * np.float32(1e-3)
@@ -83,8 +102,15 @@ class TimeOfFlight:
         if noise.multipath:
             bias += noise.multipath * np.exp(seen.foot_distance * (-1 / _FOOT))
         loss = noise.dropout * (seen.glossy & (seen.infrared < GLOSSY_IR))
-        rim = cv2.copyMakeBorder(grid, _REACH, _REACH, _REACH, _REACH, cv2.BORDER_REPLICATE)
-        return Expectation(_depth(rim), _depth(bias), _depth(spread), _depth(loss))
+        part = kept.within(taken)
+        into.bias[kept.slices], into.spread[kept.slices] = bias[part], spread[part]
+        into.loss[kept.slices] = loss[part]
+        fine = self._fine
+        core = into.grid[_REACH:-_REACH, _REACH:-_REACH]
+        core[kept.times(fine).slices] = grid[kept.times(fine).within(taken.times(fine))]
+        into.grid[:_REACH], into.grid[-_REACH:] = into.grid[_REACH], into.grid[-_REACH - 1]
+        into.grid[:, :_REACH] = into.grid[:, _REACH : _REACH + 1]
+        into.grid[:, -_REACH:] = into.grid[:, -_REACH - 1 : -_REACH]
 
     def measure(self, expected: Expectation, noise: Noise) -> Depth:
         """A frame: (h, w) mm."""
@@ -110,10 +136,6 @@ class TimeOfFlight:
         )
         out: npt.NDArray[np.int32] = self._middle + down * self._stride + across
         return out
-
-
-def _depth(numbers: npt.NDArray[Any]) -> Depth:
-    return np.ascontiguousarray(numbers, dtype=np.float32)
 
 
 def _axial(metres: Depth, angle: Depth) -> Depth:
