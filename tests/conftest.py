@@ -14,6 +14,8 @@ import hypothesis
 import pytest
 import pytest_asyncio
 
+os.environ.setdefault("KEMPELEN_SENSOR", "none")  # tests of other things do not wait for cameras
+
 hypothesis.settings.register_profile("kempelen", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("kempelen")
 

@@ -58,18 +58,25 @@ class Cast:
         config: For the engine and its time.
         stack: Ends what is started here.
         wish: For the engines of a game of the journal.
+        person: Who plays; None for one who types moves and nothing else.
 
     Attributes:
         person: The one who types moves.
     """
 
-    def __init__(self, config: Config, stack: AsyncExitStack, wish: EngineWish | None = None) -> None:
+    def __init__(
+        self,
+        config: Config,
+        stack: AsyncExitStack,
+        wish: EngineWish | None = None,
+        person: PersonPlayer | None = None,
+    ) -> None:
         self._wish = wish or EngineWish()
         self._config = config
         self._stack = stack
         self._usual = (config.engine.path, config.engine.level, config.engine.move_time)
         self._engines: dict[tuple[str, str, float], UciEngine] = {}
-        self.person = PersonPlayer("Person")
+        self.person = person or PersonPlayer("Person")
 
     async def engine(
         self, path: str | None = None, level: str | None = None, seconds: float | None = None

@@ -23,12 +23,16 @@ from kempelen.core.geometry import Transform
 from kempelen.core.pieces import KINDS, PRESETS, Millimetres, PieceSet, PieceShape
 from kempelen.core.table import DEFAULT_TRAYS, Gripper, Table, Tray, WorkSpace
 from kempelen.motion.scene import Clearances
+from kempelen.twin.cameras.settings import CameraSpec
 
 PROGRAM = "kempelen"
 DATA_DIR_VARIABLE = "KEMPELEN_DATA_DIR"
+SENSOR_VARIABLE = "KEMPELEN_SENSOR"
 TWIN_PORT = "twin"
 
 Scalar = bool | int | float | str
+_CLEAR_OF_THE_VIEW = 60.0
+"""mm beyond the board's side: half a square that must be free of hands, and half the gantry's beam."""
 _Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
 
 
@@ -172,6 +176,33 @@ class PlannerConfig(Section):
     clearances: Clearances = Field(default_factory=Clearances)
 
 
+class CameraConfig(Section):
+    """The camera that looks at the board.
+
+    Attributes:
+        source: Which: "twin", "uvc:0", "realsense", "kinect2", "azure", "recording:PATH", with options as in
+            "uvc:0,width=1280"; empty for the twin's own on the twin, and for none on a machine.
+    """
+
+    source: Annotated[str, Field(max_length=300)] = ""
+
+
+class SensorConfig(Section):
+    """How the board is read.
+
+    Attributes:
+        kind: "camera", "none", or "auto": a camera wherever there is one, and always on the twin.
+        method: "both", "depth" or "colour".
+        centred: How far from the centre of its square a piece may stand after a move, mm.
+        parameters: Of the reader, set by hand; `kempelen see` shows them all.
+    """
+
+    kind: Literal["auto", "camera", "none"] = "auto"
+    method: Literal["both", "depth", "colour"] = "both"
+    centred: Annotated[float, Field(gt=0, le=50)] = 8.0
+    parameters: dict[str, float] = Field(default_factory=dict)
+
+
 class TwinConfig(Section):
     """The simulated table.
 
@@ -182,6 +213,7 @@ class TwinConfig(Section):
         baud: Speed of the serial line to model, bit/s; 0 for one without delay.
         control: Control socket of a twin that was started separately and answers at the robot's port, so that
             reports have its ground truth; empty for none.
+        camera: Over it, when it is looked at.
     """
 
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
@@ -189,6 +221,7 @@ class TwinConfig(Section):
     scatter: Annotated[float, Field(ge=0, le=6)] = 3.0
     baud: Annotated[int, Field(ge=0, le=10_000_000)] = 0
     control: Annotated[str, Field(max_length=200)] = ""
+    camera: CameraSpec = Field(default_factory=CameraSpec)
 
 
 class PlayConfig(Section):
@@ -196,11 +229,11 @@ class PlayConfig(Section):
 
     Attributes:
         side: The person's colour, "white" or "black".
-        hands: Who carries the person's pieces, "robot" or "person".
+        hands: Who carries the person's pieces, "robot", "person", or "auto": the person, if a sensor sees it.
     """
 
     side: Literal["white", "black"] = "white"
-    hands: Literal["robot", "person"] = "robot"
+    hands: Literal["auto", "robot", "person"] = "auto"
 
 
 class DataConfig(Section):
@@ -224,12 +257,31 @@ class Config(Section):
     planner: PlannerConfig = Field(default_factory=PlannerConfig)
     twin: TwinConfig = Field(default_factory=TwinConfig)
     play: PlayConfig = Field(default_factory=PlayConfig)
+    camera: CameraConfig = Field(default_factory=CameraConfig)
+    sensor: SensorConfig = Field(default_factory=SensorConfig)
     data: DataConfig = Field(default_factory=DataConfig)
 
     @property
     def on_twin(self) -> bool:
         """Whether the machine is the simulated one."""
         return self.robot.port == TWIN_PORT
+
+    @property
+    def camera_source(self) -> str:
+        """Which camera is to be used; empty for none."""
+        return self.camera.source or (TWIN_PORT if self.on_twin else "")
+
+    @property
+    def has_eyes(self) -> bool:
+        """Whether the board is looked at."""
+        return self.sensor.kind == "camera" or (self.sensor.kind == "auto" and bool(self.camera_source))
+
+    @property
+    def hands(self) -> Literal["robot", "person"]:
+        """Who carries a person's pieces."""
+        if self.play.hands == "auto":
+            return "person" if self.has_eyes else "robot"
+        return self.play.hands
 
     @property
     def data_dir(self) -> Path:
@@ -240,6 +292,11 @@ class Config(Section):
     def calibration_path(self) -> Path:
         """The calibration's own file; the twin's never gets mixed up with the machine's."""
         return self.data_dir / ("calibration-twin.json" if self.on_twin else "calibration.json")
+
+    @property
+    def camera_calibration_path(self) -> Path:
+        """Where it is kept how the camera sees the robot's frame; twin and machine apart as well."""
+        return self.data_dir / ("camera-twin.json" if self.on_twin else "camera.json")
 
     def build_table(self, calibration: Calibration | None = None) -> Table:
         """The table: as configured, or with the board where the calibration found it."""
@@ -255,6 +312,7 @@ class Config(Section):
             pieces=self.pieces.piece_set(),
             gripper=self.gripper,
             space=board.space,
+            aside=_CLEAR_OF_THE_VIEW if self.has_eyes else 0.0,
         )
 
 
@@ -277,8 +335,9 @@ def load_config(path: Path | None = None, overrides: Mapping[str, object] | None
     """
     text, where = _read(path)
     content = _parse(text, where)
-    if directory := os.environ.get(DATA_DIR_VARIABLE):
-        _put(content, "data.dir", directory)
+    for variable, key in ((DATA_DIR_VARIABLE, "data.dir"), (SENSOR_VARIABLE, "sensor.kind")):
+        if said := os.environ.get(variable):
+            _put(content, key, said)
     given = {key: value for key, value in (overrides or {}).items() if value is not None}
     for key, value in given.items():
         _put(content, key, value)

@@ -11,6 +11,7 @@ import chess
 
 from kempelen.app.cast import Cast, EngineWish, GameRequest, score_of
 from kempelen.app.config import Config
+from kempelen.app.eyes import GameEyes
 from kempelen.app.measure import MeasuredPlayer, Measurements
 from kempelen.app.paths import journal_path, pgn_path, twin_state_path
 from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
@@ -18,17 +19,20 @@ from kempelen.app.report import GameReport
 from kempelen.app.speed import parse_speed
 from kempelen.app.table_session import TableSession, calibrated_table, digest, twin_speed
 from kempelen.core.errors import ConfigError, GameError
-from kempelen.core.events import GameOver
+from kempelen.core.events import Event, GameOver
 from kempelen.core.places import Layout
 from kempelen.core.protocols import RobotPhase, RobotState
 from kempelen.core.table import Table, start_layout
 from kempelen.game.arbiter import Arbiter, ArbiterOptions
+from kempelen.game.board_person import BoardPerson
 from kempelen.game.fen import parse_fen
 from kempelen.game.game_log import PgnKeeper
 from kempelen.game.journal import GameLog, Journal
 from kempelen.game.modes import Mode, Pairing, TakeOver
+from kempelen.game.observers import EventBus
 from kempelen.game.opening import new_game
 from kempelen.game.pgn import GameScore
+from kempelen.game.players import PersonPlayer
 from kempelen.game.records import HandEmpty, Helped, Purpose
 from kempelen.twin.keeping import StateLock
 
@@ -46,6 +50,7 @@ class LiveGame:
         arbiter: Owns the game.
         cast: Its players.
         measurements: Taken between moves.
+        eyes: That look at the board; None without.
         pgn: File that holds the game so far.
         notice: What the person should know before it begins; mostly empty.
     """
@@ -61,7 +66,25 @@ class LiveGame:
         self._pace = twin_speed(config)
         self._started = time.monotonic()
         self._ended = False
-        self.cast = Cast(config, self._stack, wish)
+        self._bus: EventBus | None = None
+        self.eyes = GameEyes(config, self._tell) if config.has_eyes else None
+        self.cast = Cast(config, self._stack, wish, self._watched_person())
+
+    def _tell(self, event: Event) -> None:
+        """To whoever watches the game, once there is one."""
+        if self._bus is not None:
+            self._bus.emit(event)
+
+    def _watched_person(self) -> PersonPlayer | None:
+        """One whose moves are seen; on the twin a virtual person makes them, for whoever types."""
+        if self.eyes is None:
+            return None
+        virtual = self._config.on_twin and self._config.hands == "person"
+        return BoardPerson(self.eyes.reader, maker=self._make_by_hand if virtual else None)
+
+    async def _make_by_hand(self, board: chess.Board, move: chess.Move) -> None:
+        if isinstance(self.person, VirtualPerson):
+            await self.person.play(board, move)
 
     async def __aenter__(self) -> Self:
         """Set everything up: the journal, the engine, the table.
@@ -89,7 +112,7 @@ class LiveGame:
         pairing, take_over = await self.cast.pairing(request), await self.cast.take_over(request)
         layout = start_layout(table, parse_fen(request.start_fen))
         await self._table_up(journal.next_game, table, layout, kept=None)
-        options = ArbiterOptions(hands=self._config.play.hands, table_digest=digest(table))
+        options = ArbiterOptions(hands=self._config.hands, table_digest=digest(table))
         headers = dict(request.score.headers) if request.score else {}
         log = new_game(
             journal, pairing, table,
@@ -115,6 +138,8 @@ class LiveGame:
         self.session = await self._stack.enter_async_context(
             TableSession(self._config, table, layout, state=self._twin_state, resume=resume)
         )
+        if self.eyes is not None:
+            await self._stack.enter_async_context(await self.eyes.open(self.session))
 
     def _wire_up(
         self,
@@ -127,12 +152,17 @@ class LiveGame:
         # Ground truth and person know the true table: a calibration may be wrong, and must then show.
         true_table = self._config.build_table() if self.session.control is not None else table
         self.measurements = Measurements(true_table, self.session.control)
-        person = self._person(true_table, lambda: log.state.layout)
+        self.person = self._person(true_table, lambda: log.state.layout)
         self.arbiter = Arbiter(
             log, self.session.hand, self._measured(pairing), table,
-            person=Helpful(person, log.write), options=options,
+            person=Helpful(self.person, log.write), options=options,
+            verifier=self.eyes.verifier if self.eyes else None,
             take_over=TakeOver(take_over.ply, self._measured(take_over.pairing)) if take_over else None,
         )  # fmt: skip
+        self._bus = self.arbiter.events
+        if self.eyes is not None:
+            self.arbiter.events.listen(self.eyes.listen)
+            self.eyes.busy = lambda: self.arbiter.moving
         self.arbiter.events.listen(self.measurements.listen)
         self.pgn = pgn_path(self._config.data_dir, log.game).absolute()
         self.arbiter.events.listen(PgnKeeper(self.pgn, lambda: log.state))

@@ -10,6 +10,7 @@ from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.protocols import Person
 from kempelen.core.table import Table
 from kempelen.game.records import Helped, Record
+from kempelen.game.transfers import Missing, Request, move_transfers
 from kempelen.twin.client import TwinControl
 
 Ask = Callable[[str], Awaitable[str]]
@@ -82,6 +83,18 @@ class VirtualPerson:
             if not await self._stands(transfer.piece, transfer.target):
                 where = {"from": self._at(transfer.source), "to": self._at(transfer.target)}
                 await self._control.ask("carry", **where)
+
+    async def play(self, board: chess.Board, move: chess.Move) -> None:
+        """Make a move of one's own, with all that it needs: a `kempelen.game.board_person.Maker`."""
+        layout = self._layout()
+        while isinstance(plan := move_transfers(board, move, layout, self._table), Request):
+            if isinstance(plan, Missing):
+                await self.supply(plan.piece, plan.place, plan.reason)
+                layout = layout.having(plan.place, plan.piece)
+            else:
+                await self.remove(plan.piece, plan.place, plan.reason)
+                layout = layout.without(plan.place)
+        await self.carry(plan)
 
     async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:  # noqa: ARG002 - asked of all
         """Bring a piece out of the drawer."""

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Self
 
 from kempelen.app.calibration_file import load_calibration
-from kempelen.app.config import Config
+from kempelen.app.config import TWIN_PORT, Config
 from kempelen.app.timed_hand import TimedHand
 from kempelen.core.errors import ConfigError
 from kempelen.core.fit import require_fit
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot
 from kempelen.core.table import Table
+from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.client import TwinControl, TwinProcess
 from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
 
@@ -139,10 +140,16 @@ class TableSession:
             baud=self._config.twin.baud,
             state=str(self._state),
             resume=self._resume,
+            cameras=self._cameras(),
         )
         self.twin = await self._stack.enter_async_context(TwinProcess(spec))
         self.control = self.twin.control
         return self.twin.address
+
+    def _cameras(self) -> tuple[CameraSpec, ...]:
+        """One over the table when the game is to look at it."""
+        wanted = self._config.has_eyes and self._config.camera_source == TWIN_PORT
+        return (self._config.twin.camera,) if wanted else ()
 
     async def __aexit__(self, *exc: object) -> None:
         """Robot at rest, port free, twin put away."""

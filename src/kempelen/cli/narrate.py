@@ -8,6 +8,7 @@ import chess
 from kempelen.core import events
 from kempelen.core.pieces import kind_name
 from kempelen.core.protocols import Checkpoint, Thinking
+from kempelen.core.senses import Sight
 
 _LINE = 5  # moves of the principal variation that are shown
 
@@ -71,6 +72,12 @@ def _checkpoint(event: events.CheckpointReached) -> str:
             return f"the {name} stands on {event.transfer.target}"
 
 
+def _sight(event: events.SensorChanged) -> str:
+    if event.sight is Sight.CLEAR:
+        return "The board is in sight."
+    return f"The board is not in sight ({event.sight.value}). {event.message}".strip()
+
+
 _SENTENCES: dict[type, Callable[[Any], str]] = {
     events.GameStarted: _started,
     events.MoveProposed: _proposed,
@@ -82,6 +89,10 @@ _SENTENCES: dict[type, Callable[[Any], str]] = {
     events.RobotChanged: lambda e: f"Robot: {e.state.message}" if e.state.message else "",
     events.OperatorAsked: lambda e: f"Please: {e.text}",
     events.OperatorAnswered: lambda e: f"Thank you: {e.text}",
+    events.SensorChanged: _sight,
+    events.HandOverBoard: lambda e: "A hand is over the board." if e.over else "",
+    events.SensorUnsure: lambda e: f"{e.question} Type the move." if e.question else "",
+    events.BoardDiffers: lambda e: e.advice,
     events.DrawOffered: lambda e: f"{colour_name(e.colour)} offers a draw.",
     events.DrawDeclined: lambda e: f"{colour_name(e.colour)}'s draw offer is declined.",
     events.GameOver: lambda e: f"Game over: {e.result}, {e.reason}.",

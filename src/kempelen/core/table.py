@@ -170,6 +170,8 @@ class Table:
         pieces: Sizes of the six kinds.
         gripper: Sizes of the hand.
         space: What the tool point can reach.
+        aside: How far beyond the board's side the hand parks, as far as it reaches, mm: a camera that sees the
+            gantry's beam needs more than the hand alone.
 
     Raises:
         FitError: two trays have the same name.
@@ -181,6 +183,7 @@ class Table:
     pieces: PieceSet = PRESETS["club"]
     gripper: Gripper = field(default_factory=Gripper)
     space: WorkSpace = field(default_factory=WorkSpace)
+    aside: float = 0.0
 
     def __post_init__(self) -> None:
         names = [tray.name for tray in self.trays]
@@ -257,7 +260,7 @@ class Table:
 
     @cached_property
     def park_xs(self) -> tuple[float, ...]:
-        """The x of the board's two sides, robot frame, mm, as far as the work space reaches.
+        """The x of the board's two sides and ``aside``, robot frame, mm, as far as the work space reaches.
 
         High above a side the hand does not hide the board from a camera overhead: what is higher appears
         farther out.
@@ -265,9 +268,12 @@ class Table:
         corners = self.robot_from_board @ np.array(
             [[x, y, 0.0] for x in (0.0, 8 * self.square) for y in (0.0, 8 * self.square)]
         )
-        candidates = (float(corners[:, 0].min()), float(corners[:, 0].max()))
-        inside = tuple(x for x in candidates if self.space.lower[0] <= x <= self.space.upper[0])
-        return inside or (self.space.lower[0],)
+        low, high = self.space.lower[0], self.space.upper[0]
+        sides = ((float(corners[:, 0].min()), -1.0), (float(corners[:, 0].max()), 1.0))
+        inside = tuple(
+            float(np.clip(x + outwards * self.aside, low, high)) for x, outwards in sides if low <= x <= high
+        )
+        return inside or (low,)
 
     @cached_property
     def park_height(self) -> float:

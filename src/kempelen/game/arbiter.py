@@ -122,6 +122,11 @@ class Arbiter:
         return self._pairing
 
     @property
+    def moving(self) -> bool:
+        """Whether the robot is at work, or held in mid-motion."""
+        return self._carrier.moving
+
+    @property
     def paused(self) -> bool:
         """Whether the game is paused."""
         return self._gate.paused

@@ -149,7 +149,7 @@ class Mover:
         Args:
             out_of_view: Whether the hand goes aside in any case; else only where it hides the board.
         """
-        tried = set[Transfer]()
+        tried, told = set[Transfer](), set[str]()
         while self._desk.eyes.looks:
             if out_of_view or tried or not await self._desk.eyes.in_view():
                 await self._carrier.ready()
@@ -159,8 +159,8 @@ class Mover:
             if fault is None:
                 return
             again = [transfer for transfer in fault.missed if transfer not in tried]
-            if not again:
-                await self._desk.put_right(fault, done, standing)
+            if not again and await self._desk.put_right(fault, done, standing, told):
+                return
             for transfer in again:
                 tried.add(transfer)
                 self._log.write(Missed(index=self._carrier.pending.transfers.index(transfer)))

@@ -81,16 +81,35 @@ class PersonDesk:
 
     async def confirm(self, transfers: Sequence[Transfer], standing: Layout) -> None:
         """Go on only when the table shows what should stand there; until then somebody puts it right."""
+        told = set[str]()
         while fault := await self.eyes.confirm(transfers, standing):
-            await self.put_right(fault, transfers, standing)
+            if await self.put_right(fault, transfers, standing, told):
+                return
 
-    async def put_right(self, fault: Fault, transfers: Sequence[Transfer], standing: Layout) -> None:
-        """Ask for help; that it was given may be said, or seen."""
+    async def put_right(
+        self, fault: Fault, transfers: Sequence[Transfer], standing: Layout, told: set[str]
+    ) -> bool:
+        """Ask for help; that it was given may be told, or seen.
+
+        Args:
+            fault: What is wrong.
+            transfers: Just made.
+            standing: What should stand where.
+            told: Faults that a person has said to have put right; this one is added.
+
+        Returns:
+            Whether a person's word is to be taken that all is right: where nothing can be made out, or where
+            the same is found wrong again.
+        """
         self._bus.emit(events.OperatorAsked(fault.text))
         person = self._somebody(fault.text)
-        if await self._seen_before(person.put_right(fault.text), transfers, standing):
+        seen = await self._seen_before(person.put_right(fault.text), transfers, standing)
+        if seen:
             self._log.write(Helped(how=fault.text))
         self._bus.emit(events.OperatorAnswered(fault.text))
+        word = not seen and (fault.doubtful or fault.text in told)
+        told.add(fault.text)
+        return seen or word
 
     async def _seen_before(
         self, work: Coroutine[object, object, None], transfers: Sequence[Transfer], standing: Layout

@@ -21,10 +21,12 @@ class Fault:
     Attributes:
         text: One plain sentence that tells a person what to put right: "put the white knight back on f3".
         missed: Transfers whose piece still stands where it stood: the robot may try them again.
+        doubtful: It cannot be made out whether anything is wrong: a person's word settles it.
     """
 
     text: str
     missed: tuple[Transfer, ...] = ()
+    doubtful: bool = False
 
 
 class Verifier(Protocol):

@@ -1,0 +1,129 @@
+"""Reads a person's moves off the board, and tells what it is unsure of."""
+
+import asyncio
+from collections.abc import Callable
+
+import chess
+
+from kempelen.core import events
+from kempelen.core.geometry import Array
+from kempelen.core.senses import BoardSensor
+from kempelen.game.players import Propose, TakenBack
+from kempelen.sensing.moves import verdicts
+from kempelen.sensing.moves.parameters import MoveParameters
+from kempelen.sensing.moves.reader import MoveReader
+
+Tell = Callable[[events.Event], None]
+
+
+class CameraReader:
+    """A `kempelen.game.board_person.BoardReader` over a board sensor.
+
+    One reader goes through the whole game, so that it learns how each square looks.
+
+    Args:
+        sensor: Asked anew for each move.
+        tell: Takes questions and advice.
+
+    Attributes:
+        on: Whether anything is being read.
+        candidates: Moves that may have been made, while a question is open.
+        stuck: Set while only a person can help.
+    """
+
+    def __init__(self, sensor: Callable[[], BoardSensor], tell: Tell) -> None:
+        self._sensor = sensor
+        self._tell = tell
+        self._reader: MoveReader | None = None
+        self._said = ""
+        self.on = True
+        self.candidates: tuple[chess.Move, ...] = ()
+        self.stuck = asyncio.Event()
+
+    @property
+    def look(self) -> Array | None:
+        """(64, 3) how each square has looked; None before the first move was read."""
+        return None if self._reader is None else self._reader.expected_look
+
+    def switch(self, *, on: bool) -> None:
+        """Go on without reading, or read again."""
+        self.on = on
+        if not on:
+            self.stuck.set()
+
+    async def read(self, board: chess.Board) -> Propose | TakenBack:
+        """Wait until a move was made on the board, or moves were taken back."""
+        self._begin(board)
+        try:
+            async for seen in self._sensor().observe():
+                if self.on and self._reader is not None:
+                    found = self._weigh(self._reader.update(seen), board)
+                    if found is not None:
+                        return found
+        finally:
+            self._settle()
+        raise EOFError("The sensor has ended.")
+
+    def _begin(self, board: chess.Board) -> None:
+        if self._reader is None:
+            # Between two moves that are read, the robot makes the other side's: one ply at a time.
+            self._reader = MoveReader(board, MoveParameters(plies=1))
+        else:
+            self._reader.confirm(board)
+        self.stuck.clear()
+        if not self.on:
+            self.stuck.set()
+
+    def _weigh(self, verdict: verdicts.Verdict, board: chess.Board) -> Propose | TakenBack | None:
+        match verdict:
+            case verdicts.Moved(moves=(move, *_)):
+                return Propose(move, made=True)
+            case verdicts.TakenBack(plies=plies, moves=()):
+                return TakenBack(plies)
+            case verdicts.TakenBack(plies=plies, moves=moves):
+                self._advise(_other_move(board, plies, moves))
+            case verdicts.Unsure():
+                self._ask(verdict)
+            case verdicts.Wrong(advice=advice):
+                self._advise(advice)
+            case verdicts.Unchanged():
+                self._settle()
+            case _:
+                pass
+        return None
+
+    def _ask(self, verdict: verdicts.Unsure) -> None:
+        self.candidates = tuple(line[0] for line in verdict.candidates if len(line) == 1)
+        self.stuck.set()
+        if self._is_new(verdict.question):
+            moves = tuple(move.uci() for move in self.candidates)
+            self._tell(events.SensorUnsure(verdict.question, moves))
+
+    def _advise(self, advice: str) -> None:
+        self.candidates = ()
+        self.stuck.set()
+        if self._is_new(advice):
+            self._tell(events.BoardDiffers(advice))
+
+    def _is_new(self, text: str) -> bool:
+        new, self._said = text != self._said, text
+        return new
+
+    def _settle(self) -> None:
+        """Nothing is open any more."""
+        self.candidates = ()
+        if self.on:
+            self.stuck.clear()
+        if self._said:
+            self._said = ""
+            self._tell(events.BoardDiffers(""))
+
+
+def _other_move(board: chess.Board, plies: int, moves: verdicts.Line) -> str:
+    before = board.copy()
+    for _ in range(plies):
+        before.pop()
+    return (
+        f"It looks as if {before.san(moves[0])} had been played instead of an earlier move. Put that back; "
+        f"moves that are to be undone, type: takeback {plies}."
+    )

@@ -1,0 +1,187 @@
+"""The eyes of one game: camera, eye, move reader and verifier wired together, and watched."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from contextlib import AsyncExitStack
+from dataclasses import dataclass, field
+from typing import Self
+
+import chess
+
+from kempelen.app.board_reader import CameraReader
+from kempelen.app.cameras import open_camera
+from kempelen.app.config import TWIN_PORT, Config
+from kempelen.app.eye import Eye, EyeSettings, Frames
+from kempelen.app.judge import BoardJudge
+from kempelen.app.table_session import TableSession
+from kempelen.core import events
+from kempelen.core.errors import ConfigError, TwinError
+from kempelen.core.places import Layout, Transfer
+from kempelen.core.senses import Observation, Sight
+from kempelen.frames.condition import CameraState, CameraStatus
+from kempelen.game.verify import SensorVerifier
+from kempelen.twin.client import TwinControl
+
+_PATIENCE_S = 1.0
+"""A trouble that passes by itself so soon is not told."""
+_REVIVE_S = 3.0
+"""After so long without a camera, the twin is asked for another one."""
+
+
+@dataclass(frozen=True, slots=True)
+class TwinFrames:
+    """The ring of the twin's camera.
+
+    Attributes:
+        ring: Its name.
+        status: Whatever may be wrong, the eye finds out at the ring.
+    """
+
+    ring: str
+    status: CameraStatus = field(default_factory=lambda: CameraStatus(CameraState.RUNNING))
+
+
+class GameEyes:
+    """Async context manager, entered when the table is up.
+
+    Args:
+        config: Which camera, and how to read.
+        tell: Takes events.
+
+    Attributes:
+        reader: For the person who plays.
+        verifier: For the arbiter.
+        busy: Tells whether the robot is at work: it is then over the board itself.
+    """
+
+    def __init__(self, config: Config, tell: Callable[[events.Event], None]) -> None:
+        self._config = config
+        self._tell = tell
+        self._stack = AsyncExitStack()
+        self._eye: Eye | None = None
+        self._pieces = config.pieces.piece_set()
+        self._control: TwinControl | None = None
+        self._told = Sight.STARTING
+        self._hand = False
+        self.reader = CameraReader(lambda: self.eye, tell)
+        self.busy: Callable[[], bool] = lambda: False
+
+    @property
+    def eye(self) -> Eye:
+        """What looks.
+
+        Raises:
+            ConfigError: not entered.
+        """
+        if self._eye is None:
+            raise ConfigError("The eyes are not open yet.", hint="Set up the table first.")
+        return self._eye
+
+    async def open(self, session: TableSession) -> Self:
+        """Start looking at a table.
+
+        Raises:
+            ConfigError: there is no such camera.
+            CameraError: it cannot be opened.
+        """
+        sensor = self._config.sensor
+        settings = EyeSettings(sensor.method, sensor.parameters)
+        try:
+            frames = await self._frames(session)
+            self._eye = await self._stack.enter_async_context(Eye(frames, settings))
+        except BaseException:
+            await self._stack.aclose()
+            raise
+        self.verifier = SensorVerifier(self._eye, self._judge)
+        self._watching = asyncio.create_task(self._watch())
+        return self
+
+    async def _frames(self, session: TableSession) -> Frames:
+        source = self._config.camera_source
+        if source != TWIN_PORT:
+            if not source:
+                raise ConfigError(
+                    "No camera is named.", hint="Name one: --camera uvc:0, or play without: --sensor none."
+                )
+            return await self._stack.enter_async_context(open_camera(source, self._config, patient=True))
+        if session.twin is None:
+            raise ConfigError(
+                "Only a twin of our own has a camera.", hint="Name another one, or play with --sensor none."
+            )
+        self._control = session.control
+        return TwinFrames(session.twin.ring)
+
+    def _judge(self, transfers: Sequence[Transfer], standing: Layout) -> BoardJudge:
+        return BoardJudge(transfers, standing, self._pieces, self._config.sensor.centred, self.reader.look)
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *exc: object) -> None:
+        """Stop looking."""
+        if self._eye is not None:
+            self._watching.cancel()
+            await asyncio.gather(self._watching, return_exceptions=True)
+        await self._stack.aclose()
+
+    # --- what the game does with them ---
+
+    def listen(self, event: events.Event) -> None:
+        """Take what the arbiter tells: the eye has to know what should stand on the board."""
+        if isinstance(event, events.GameStarted | events.MoveCommitted | events.MoveTakenBack):
+            self.expect(event.layout)
+
+    def expect(self, layout: Layout) -> None:
+        """Say what stands on the board, or will when the robot has gone from it."""
+        self.eye.expect(board_of(layout))
+
+    def switch(self, *, on: bool) -> None:
+        """Go on without eyes, or with them again."""
+        self.verifier.looks = on
+        self.reader.switch(on=on)
+
+    # --- what is told of them ---
+
+    async def _watch(self) -> None:
+        """Tell when the board is lost and seen again, and of hands over it."""
+        since, revived = asyncio.get_running_loop().time(), 0.0
+        last = Sight.STARTING
+        async for seen in self.eye.observe():
+            now = asyncio.get_running_loop().time()
+            if seen.sight is not last:
+                last, since = seen.sight, now
+            self._tell_of_hands(seen)
+            if now - since >= _PATIENCE_S or seen.valid:
+                self._tell_of_sight(seen)
+            if seen.sight is Sight.NO_CAMERA and now - max(since, revived) > _REVIVE_S:
+                revived = now
+                await self._revive()
+
+    def _tell_of_hands(self, seen: Observation) -> None:
+        if seen.hand == self._hand or (seen.hand and self.busy()):
+            return
+        if seen.hand or seen.valid:
+            self._hand = seen.hand
+            self._tell(events.HandOverBoard(seen.hand))
+
+    def _tell_of_sight(self, seen: Observation) -> None:
+        """A hand is no trouble, and what was told once is not told again."""
+        if seen.hand or seen.sight is self._told:
+            return
+        self._told = seen.sight
+        self._tell(events.SensorChanged(seen.sight, seen.message))
+
+    async def _revive(self) -> None:
+        """The twin's camera is a process, too, and can die."""
+        if self._control is not None:
+            try:
+                await self._control.ask("restart_camera")
+            except TwinError as error:
+                self._tell(events.SensorChanged(Sight.NO_CAMERA, str(error)))
+
+
+def board_of(layout: Layout) -> chess.BaseBoard:
+    """The squares of a layout."""
+    board = chess.BaseBoard(None)
+    board.set_piece_map(layout.board_part())
+    return board
