@@ -10,6 +10,7 @@ from collections import deque
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import expit, gammaln
 
 from kempelen.core.geometry import Array
 from kempelen.core.senses import Observation
@@ -18,7 +19,6 @@ from kempelen.sensing.moves.parameters import MoveParameters
 States = npt.NDArray[np.int64]
 """(64,) EMPTY, WHITE or BLACK."""
 STATES = 3
-PRIOR_FRAMES = 5.0  # a standing square's nominal look counts as much as so many frames of it
 
 
 def normalised(log_likelihood: Array) -> Array:
@@ -79,41 +79,65 @@ class Window:
 class Standing:
     """How each square looks in the confirmed position.
 
+    A square is of one of two classes. A good one looks like what it is, but for the rate of squares that turn
+    bad untouched. A misread one looks like anything, again and again: its look is categorical with a uniform
+    Dirichlet prior, so that what it looked like before predicts what it looks like now. A square that has
+    just been touched is misread with the rate of such squares; what is seen of it afterwards decides.
+
     Args:
-        states: (64,) EMPTY, WHITE or BLACK of the confirmed position.
+        states: What stands on the squares of the confirmed position.
+        parameters: Rates.
     """
 
     def __init__(self, states: States, parameters: MoveParameters) -> None:
         self._parameters = parameters
-        self._look = np.eye(STATES)[states]  # (64, 3) mean probability of looking like each state
-        self._frames = np.zeros(64)
+        self._counts = np.zeros((64, STATES))  # windows in which a square looked like each state
         self.states = states
 
     def confirm(self, states: States) -> None:
         """Another position stands now; squares whose state is the same keep their look."""
-        changed = states != self.states
-        self._look[changed] = np.eye(STATES)[states[changed]]
-        self._frames[changed] = 0.0
+        self._counts[states != self.states] = 0.0
         self.states = states
 
-    def learn(self, window: Array, weight: float = 1.0) -> None:
-        """Take in how the standing position looks: (64, 3) log-likelihoods of a window."""
-        share = weight / (self._frames + weight)
-        self._look += share[:, None] * (np.exp(window) - self._look)
-        self._frames = np.minimum(self._frames + weight, self._parameters.memory)
+    def learn(self, window: Array, windows: float) -> None:
+        """Take in how the standing position looks.
+
+        Args:
+            window: (64, 3) log-likelihoods.
+            windows: How many independent looks it counts as.
+        """
+        self._counts += windows * np.exp(window)
+        most = self._parameters.memory / self._counts.sum(axis=1, keepdims=True).clip(1e-9)
+        self._counts *= np.minimum(1.0, most)
+
+    @property
+    def _good(self) -> Array:
+        """(64, 3) how good squares look."""
+        turned = self._parameters.turned
+        out: Array = (1 - turned) * np.eye(STATES)[self.states] + turned / STATES
+        return out
+
+    @property
+    def misread(self) -> Array:
+        """(64,) posterior probability that a square is misread."""
+        rate = self._parameters.misread
+        good = np.log1p(-rate) + (self._counts * np.log(self._good)).sum(axis=1)
+        bad = np.log(rate) + gammaln(STATES) - gammaln(self._counts.sum(axis=1) + STATES)
+        bad += gammaln(self._counts + 1).sum(axis=1)
+        out: Array = expit(bad - good)
+        return out
+
+    @property
+    def _usual(self) -> Array:
+        """(64, 3) how a misread square would look, after what has been seen of it."""
+        out: Array = (self._counts + 1) / (self._counts.sum(axis=1, keepdims=True) + STATES)
+        return out
 
     @property
     def expected(self) -> Array:
-        """(64, 3) probability that a square that nobody touched looks empty, white, black.
-
-        Nominal and remembered look, mixed by how many frames stand behind each, and a floor for squares
-        that start to be misread.
-        """
-        nominal = np.eye(STATES)[self.states]
-        share = (self._frames / (self._frames + PRIOR_FRAMES))[:, None]
-        mixed = share * self._look + (1 - share) * nominal
-        turned = self._parameters.turned
-        out: Array = (1 - turned) * mixed + turned / STATES
+        """(64, 3) probability that a square that nobody touched looks empty, white, black."""
+        misread = self.misread[:, None]
+        out: Array = (1 - misread) * self._good + misread * self._usual
         return out
 
     def untouched(self, window: Array) -> Array:
@@ -124,11 +148,12 @@ class Standing:
     def touched(self, window: Array) -> Array:
         """(64, 3) log p(window | the square is now empty, white, black, and was not before).
 
-        With the rate of misread squares it looks as before, or like anything.
+        It may be misread now. If it was before, then its look may have come along or not.
         """
-        seen, rate = np.exp(window), self._parameters.misread
-        stuck = (self._look * seen).sum(axis=1, keepdims=True)
-        out: Array = np.log((1 - rate) * seen + rate * (0.5 * stuck + 0.5 / STATES))
+        seen, expected = np.exp(window), self.expected
+        rate = self._parameters.misread
+        anything = 0.5 * (expected * seen).sum(axis=1, keepdims=True) + 0.5 / STATES
+        out: Array = np.log((1 - rate) * seen + rate * anything)
         return out
 
     def ratios(self, window: Array) -> Array:

@@ -32,13 +32,16 @@ class Happened(IntEnum):
 
 PRIOR = {
     Happened.STANDING: 0.5,
-    Happened.MOVE: 0.457,
-    Happened.BACK: 0.02,
+    Happened.MOVE: 0.471,
+    Happened.BACK: 0.01,
     Happened.TWO: 0.015,
-    Happened.REPLACED: 0.005,
-    Happened.HALF: 0.003,
+    Happened.REPLACED: 0.003,
+    Happened.HALF: 0.001,
 }
-"""Of a settled board without a hand over it. Half-made moves share theirs; but see ``FORGOTTEN``."""
+"""Of a board that has settled, with no hand over it: there hardly ever is a piece in the air. What can be
+completed in several ways shares its part; but see ``FORGOTTEN``."""
+
+BACK_SHARE = (0.8, 0.2)  # of take-backs: one ply, two plies
 
 FORGOTTEN = 0.1  # of castlings and en passants, how many are left half made at first
 
@@ -187,7 +190,7 @@ class Hypotheses:
         for plies in range(1, len(earlier.move_stack) + 1):
             undone = earlier.pop()
             states = states_of(earlier)
-            log_prior = float(np.log(PRIOR[Happened.BACK] / 2))
+            log_prior = float(np.log(PRIOR[Happened.BACK] * BACK_SHARE[plies - 1]))
             yield Hypothesis(Happened.BACK, _changes(self.states, states), ((),), log_prior, plies)
             if plies == 1:
                 yield from self._replaced(earlier, states, undone)

@@ -34,7 +34,7 @@ class MoveParameters(BaseModel):
         missed_hand_frame: Probability that a frame with a hand over the board is reported as clear.
         stray: Probability that a move comes with another change that no rule explains.
         stray_allowed: Up to this probability of such a change a move is still accepted.
-        memory: Frames over which the look of the standing position is averaged.
+        memory: Windows of frames for which the look of the standing position is remembered.
         seconds: An answer must have been the same for this long.
         settle: And no hand may have been seen for this long.
         castling_seconds: A rook's move that could be the first half of castling waits this long.
@@ -55,7 +55,7 @@ class MoveParameters(BaseModel):
     missed_hand_frame: Rate = 0.05
     stray: Rate = 0.01
     stray_allowed: Rate = 0.01
-    memory: Annotated[int, Field(ge=1, le=10_000)] = 30
+    memory: Annotated[int, Field(ge=1, le=10_000)] = 12
     seconds: Seconds = 0.4
     settle: Seconds = 0.2
     castling_seconds: Seconds = 2.5
@@ -89,5 +89,5 @@ class MoveParameters(BaseModel):
         """
         return cls(
             budget=budget, glitch=1e-6, missed_hand=1.0, missed_hand_frame=min(budget, 0.5),
-            seconds=0, settle=0, castling_seconds=0, patience=0, gap=0, plies=1, memory=1,
+            seconds=0, settle=0, castling_seconds=0, patience=0, gap=0, plies=1,
         )  # fmt: skip

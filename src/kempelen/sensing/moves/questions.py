@@ -122,7 +122,12 @@ def _piece(board: chess.Board, square: chess.Square) -> str:
 
 
 def _san(board: chess.Board, line: Line) -> str:
-    return board.variation_san(line) if line else "nothing"
+    """The moves in words: ``"e5 and then d4"``."""
+    names, position = [], board.copy(stack=False)
+    for move in line:
+        names.append(position.san(move))
+        position.push(move)
+    return " and then ".join(names) or "nothing"
 
 
 def _or(names: Sequence[str]) -> str:

@@ -99,12 +99,15 @@ class MoveReader:
                 it looks, however strange.
         """
         self._board = board.copy(stack=2)
+        seen_already = None if self._best is None else self._hypotheses.after(self._best)
         self._hypotheses = Hypotheses(board)
         self._standing.confirm(self._hypotheses.states)
-        self._touched = False
-        self._best = None
+        self._touched, self._best = False, None
+        windows = self._best_frames / self.parameters.frames
         if as_seen and self._window.full:
-            self._standing.learn(self._window.log_likelihood, float(self.parameters.memory))
+            self._standing.learn(self._window.log_likelihood, self.parameters.memory)
+        elif seen_already is not None and np.array_equal(seen_already, self._hypotheses.states):
+            self._learn(self._believe(), windows)
 
     def update(self, observation: Observation) -> Verdict:
         """Take in one observation and say what can be said."""
@@ -115,7 +118,7 @@ class MoveReader:
         self._note_kinds(observation)
         belief = self._believe()
         self._note_best(belief, observation.time)
-        self._learn(belief)
+        self._learn(belief, 1 / self.parameters.frames)
         return self._verdict(belief, observation.time)
 
     def _note_time(self, time: float) -> None:
@@ -167,11 +170,11 @@ class MoveReader:
             self._best, self._best_since, self._best_frames = best, time, 0
         self._best_frames += 1
 
-    def _learn(self, belief: Belief) -> None:
+    def _learn(self, belief: Belief, windows: float) -> None:
         """How the standing position looks, as far as it is believed to stand."""
-        standing = float(np.exp(belief.log_posterior[0]))
         if self._window.full and belief.best == 0 and belief.stray < 0:
-            self._standing.learn(self._window.log_likelihood, standing)
+            standing = float(np.exp(belief.log_posterior[0]))
+            self._standing.learn(self._window.log_likelihood, windows * standing)
 
     def _verdict(self, belief: Belief, time: float) -> Verdict:
         best = self._hypotheses.all[belief.best]

@@ -1,9 +1,9 @@
 """Whether a piece stands upright and in the middle of its square.
 
 Sensors read heights low by an amount of their own (the top of a piece is a few pixels wide), so that a height
-is compared with those of the other pieces of its kind, or, where there are not enough of them, with its nominal
-height times the median over the board of measured over nominal. The spread about that says how far a height
-can be trusted.
+is compared with those of the other pieces of its kind, or, where there are not enough of them, with its
+nominal height times the median over the board of measured over nominal. The spread about that says how far a
+height can be trusted.
 """
 
 from collections import deque
