@@ -232,7 +232,7 @@ class Tracker:
         if look is not None:
             seen = self._depth_gate.check(look.map, look.contrast, look.noise, frame.time)
             if not seen.hand:
-                self._depth_gate.accept(look.map, look.contrast)
+                self._depth_gate.accept(look.map, look.contrast, look.noise, frame.time)
             return seen.hand, seen.reason, seen.mask
         if frame.colour is None:  # the health check has said so
             raise SensorError("The frame has no colour picture.", hint="Choose depth.")

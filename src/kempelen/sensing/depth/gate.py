@@ -12,7 +12,6 @@ from kempelen.sensing.parameters import Parameter, Parameters
 
 _BESIDE = 0.5  # squares around the board over which nothing may be high
 _RAISED = 4.0  # of the noise
-_SETTLING = 0.3  # share by which the clear view follows
 _HIDDEN = 0.3  # of the expected points measured: with less a place is not seen
 _PAUSE = 0.5  # s: frames further apart than this say nothing about motion
 
@@ -26,6 +25,7 @@ def gate_parameters() -> Parameters:
         Parameter("hand.low_area", 1.2, "squares", 0.2, 20, "as much, new and reaching in from outside"),
         Parameter("hand.big_area", 4.0, "squares", 1, 40, "as much, new, wherever it is"),
         Parameter("hand.moving_area", 0.25, "squares", 0.05, 10, "as much that changed since the last frame"),
+        Parameter("hand.rest", 0.7, "s", 0.05, 30, "what rests so long in clear frames belongs there"),
         Parameter("hand.hidden", 10.0, "squares", 2, 64, "so many squares hidden that were seen before"),
     )
 
@@ -54,13 +54,14 @@ class DepthGate:
 
     def __init__(self, parameters: Parameters | None = None) -> None:
         self.parameters = gate_parameters() if parameters is None else parameters
-        self._clear: Pixels | None = None
+        self._rested: Pixels | None = None  # s that each cell has been raised in clear frames
+        self._accepted = 0.0
         self._hidden = 0.0
         self._last: tuple[float, Pixels] | None = None
 
     def forget(self) -> None:
         """The board lies elsewhere now."""
-        self._clear = self._last = None
+        self._rested = self._last = None
 
     def expect_tallest(self, height: float) -> None:
         """The tallest piece shows this height, mm."""
@@ -83,12 +84,23 @@ class DepthGate:
         hidden = self._newly_hidden(seen, contrast)
         return self._moved_on(contrast, time, next((r for r in (low, moving, hidden) if r.hand), low))
 
-    def accept(self, seen: HeightMap, contrast: Contrast) -> None:
-        """This frame is clear: what stands in it belongs there."""
-        now = np.where(np.isnan(seen.heights), 0, seen.heights)
-        share = np.float32(_SETTLING)
+    def accept(self, seen: HeightMap, contrast: Contrast, noise: float, time: float) -> None:
+        """This frame is clear: what rests in it belongs there after a while, in the first frame at once.
+
+        Args:
+            seen: Its heights.
+            contrast: Its local means.
+            noise: Of the cells, mm.
+            time: Of the frame, s.
+        """
+        raised = self._raised(seen, noise)
         self._hidden = float((contrast.seen < _HIDDEN).mean() * 64)
-        self._clear = now if self._clear is None else self._clear + share * (now - self._clear)
+        if self._rested is None:
+            self._rested = np.where(raised, np.inf, 0).astype(np.float32)
+        else:
+            passed = np.float32(np.clip(time - self._accepted, 0, _PAUSE))
+            self._rested = np.where(raised, self._rested + passed, 0).astype(np.float32)
+        self._accepted = time
 
     def _moved_on(self, contrast: Contrast, time: float, reading: GateReading) -> GateReading:
         self._last = time, contrast.disc
@@ -112,13 +124,12 @@ class DepthGate:
         """A raised region that was not there and reaches in from outside, or is too big for pieces."""
         view = seen.view
         blank = np.zeros((view.size, view.size), dtype=bool)
-        if self._clear is None:
+        if self._rested is None:
             return GateReading(hand=False, reason="", mask=blank)
-        limit = max(self.parameters["hand.low"], _RAISED * noise)
-        raised = (np.nan_to_num(seen.heights, nan=0.0) > limit).astype(np.uint8)
-        before = cv2.dilate((self._clear > 0.6 * limit).astype(np.uint8), np.ones((3, 3), np.uint8))
-        new = (raised > 0) & (before == 0)
-        count, labels = cv2.connectedComponents(raised, connectivity=8)
+        raised = self._raised(seen, noise)
+        resting = (self._rested >= self.parameters["hand.rest"]).astype(np.uint8)
+        new = raised & (cv2.dilate(resting, np.ones((3, 3), np.uint8)) == 0)
+        count, labels = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
         areas = np.bincount(labels[new], minlength=count) / view.cells**2
         outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
         inside = np.unique(labels[_near_board(view, 0.0) & new])
@@ -126,8 +137,14 @@ class DepthGate:
         entering = np.intersect1d(outside, inside)
         hits = [part for part in entering if areas[part] > self.parameters["hand.low_area"]]
         hits += [part for part in inside if areas[part] > self.parameters["hand.big_area"]]
-        mask = np.isin(labels, hits) & (raised > 0) if hits else blank
+        mask = np.isin(labels, hits) & raised if hits else blank
         return GateReading(bool(hits), "something reaches over the board" if hits else "", mask)
+
+    def _raised(self, seen: HeightMap, noise: float) -> Mask:
+        """(size, size) cells that stand up from the board or the table."""
+        limit = max(self.parameters["hand.low"], _RAISED * noise)
+        out: Mask = np.nan_to_num(seen.heights, nan=0.0) > limit
+        return out
 
     def _moving(self, seen: HeightMap, contrast: Contrast, noise: float, time: float) -> GateReading:
         view = seen.view
@@ -150,7 +167,7 @@ class DepthGate:
         squares = float(hidden.mean() * 64)
         mask = np.zeros((seen.view.size, seen.view.size), dtype=bool)
         mask[seen.board, seen.board] = hidden
-        found = self._clear is not None and squares - self._hidden > self.parameters["hand.hidden"]
+        found = self._rested is not None and squares - self._hidden > self.parameters["hand.hidden"]
         return GateReading(found, f"{squares:.0f} squares are hidden" if found else "", mask)
 
 

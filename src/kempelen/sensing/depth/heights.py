@@ -70,7 +70,7 @@ def map_heights(view: BoardView, depth: Pixels) -> HeightMap:
 
 
 def supported(depth: Pixels) -> Mask:
-    """(h, w) which pixels have neighbours at about their depth: those at edges that mix two surfaces have none.
+    """(h, w) which pixels have neighbours at about their depth: one that mixes two surfaces has none.
 
     Args:
         depth: (h, w) mm, 0 where nothing was measured.
