@@ -1,7 +1,7 @@
 """One interface to three ways of drawing the same scene: OpenGL, Embree's rays, MuJoCo's rays."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any, Protocol
 
 import mujoco
@@ -14,6 +14,7 @@ from kempelen.core.geometry import Array, Transform
 from kempelen.twin.cameras.region import Region
 from kempelen.twin.cameras.settings import Lighting
 from kempelen.twin.physics.appearance import HIDDEN
+from kempelen.twin.physics.opengl import opengl_library
 from kempelen.twin.physics.scene import Scene
 
 Ids = npt.NDArray[np.int16]
@@ -82,22 +83,25 @@ def drawn_geoms(model: Any) -> npt.NDArray[np.intp]:
     return np.flatnonzero((model.geom_group < HIDDEN) & (model.geom_rgba[:, 3] > 0))
 
 
-def _gl(model: Any) -> Renderer:
-    from kempelen.twin.cameras.render_gl import GlRenderer  # noqa: PLC0415 - OpenGL may be missing
-
-    return GlRenderer(model)
-
-
-BACKENDS: Mapping[str, Callable[[Any], Renderer]] = {"gl": _gl}
-
-
 def make_renderer(model: Any, backend: str = "auto") -> Renderer:
-    """The back end of that name, or the first that works.
+    """The back end of that name; ``auto``: OpenGL, else Embree, else MuJoCo's rays.
 
     Raises:
         TwinError: it does not work here.
     """
-    return _gl(model)
+    from kempelen.twin.cameras.render_gl import GlRenderer  # noqa: PLC0415 - they import this module
+    from kempelen.twin.cameras.render_rays import EmbreeTracer, MujocoTracer, RayRenderer  # noqa: PLC0415
+
+    if backend == "gl" or (backend == "auto" and opengl_library() is not None):
+        return GlRenderer(model)
+    if backend == "rays" or (backend == "auto" and find_spec("embreex") is None):
+        return RayRenderer(model, MujocoTracer(model))
+    try:
+        return RayRenderer(model, EmbreeTracer(model))
+    except ImportError as error:
+        raise TwinError(
+            f"The twin's camera cannot draw by Embree: {error}.", hint="Install embreex, or choose 'auto'."
+        ) from None
 
 
 def kinematics(stage: Stage, data: Any) -> None:
@@ -118,11 +122,3 @@ def lamp_and_board(scene: Scene, lighting: Lighting) -> tuple[Array, Array]:
     middle = np.array([4 * scene.table.square, 4 * scene.table.square, 0.0])
     robot_from_board = scene.table.robot_from_board
     return robot_from_board @ np.array(lighting.lamp), robot_from_board @ middle
-
-
-def no_backend(reason: str) -> TwinError:
-    """What to say where nothing can be drawn."""
-    return TwinError(
-        f"The twin's camera cannot draw: {reason}.",
-        hint="Set MUJOCO_GL to egl or osmesa and install that library, or install embreex.",
-    )
