@@ -7,7 +7,7 @@ import chess
 
 from kempelen.core import events
 from kempelen.core.geometry import Array
-from kempelen.core.senses import BoardSensor
+from kempelen.core.senses import BoardSensor, Observation
 from kempelen.game.players import Propose, TakenBack
 from kempelen.sensing.moves import verdicts
 from kempelen.sensing.moves.parameters import MoveParameters
@@ -36,6 +36,7 @@ class CameraReader:
         self._tell = tell
         self._reader: MoveReader | None = None
         self._said = ""
+        self._learning = self._reading = False
         self.on = True
         self.candidates: tuple[chess.Move, ...] = ()
         self.stuck = asyncio.Event()
@@ -44,6 +45,20 @@ class CameraReader:
     def look(self) -> Array | None:
         """(64, 3) how each square has looked; None before the first move was read."""
         return None if self._reader is None else self._reader.expected_look
+
+    def stands(self, board: chess.Board) -> None:
+        """A position has been verified, or set up: how it looks can be learned until something is moved."""
+        self._confirm(board)
+        self._learning = True
+
+    def moves(self) -> None:
+        """The robot is about to change the position."""
+        self._learning = False
+
+    def glance(self, seen: Observation) -> None:
+        """An observation outside of a person's turn: what is looked at for longer is known better."""
+        if self._reader is not None and self._learning and not self._reading:
+            self._reader.update(seen)
 
     def switch(self, *, on: bool) -> None:
         """Go on without reading, or read again."""
@@ -54,6 +69,7 @@ class CameraReader:
     async def read(self, board: chess.Board) -> Propose | TakenBack:
         """Wait until a move was made on the board, or moves were taken back."""
         self._begin(board)
+        self._reading = True
         try:
             async for seen in self._sensor().observe():
                 if self.on and self._reader is not None:
@@ -61,15 +77,19 @@ class CameraReader:
                     if found is not None:
                         return found
         finally:
+            self._reading = False
             self._settle()
         raise EOFError("The sensor has ended.")
 
-    def _begin(self, board: chess.Board) -> None:
+    def _confirm(self, board: chess.Board) -> None:
         if self._reader is None:
             # Between two moves that are read, the robot makes the other side's: one ply at a time.
             self._reader = MoveReader(board, MoveParameters(plies=1))
         else:
             self._reader.confirm(board)
+
+    def _begin(self, board: chess.Board) -> None:
+        self._confirm(board)
         self.stuck.clear()
         if not self.on:
             self.stuck.set()

@@ -10,6 +10,7 @@ import itertools
 import logging
 import sys
 import time
+from collections import deque
 from collections.abc import AsyncIterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -31,6 +32,7 @@ HANG_S = 30.0
 """And for so long, as hung: it is ended, and started again."""
 ANSWER_S = 20.0
 _CHECK_S = 0.2
+_RECENT = 32
 _FIRST_WAIT_S, _LONGEST_WAIT_S = 0.2, 5.0
 _SETTLED_S = 10.0
 _END_S = 5.0
@@ -88,6 +90,15 @@ class SeenBoard:
     method: str
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """An observation, its number, and the mark that its frame is not older than."""
+
+    number: int
+    mark: int
+    observation: Observation
+
+
 class Eye:
     """A `kempelen.core.senses.BoardSensor`. Async context manager.
 
@@ -112,7 +123,8 @@ class Eye:
         self._told: tuple[str, str] | None = None
         self._heard = time.monotonic()
         self._latest: Observation = Observation.blind(0.0, Sight.STARTING, "The eye is opening.")
-        self._latest_mark, self._count = 0, 0
+        self._recent: deque[_Seen] = deque(maxlen=_RECENT)
+        self._count = 0
         self.restarts = 0
 
     async def __aenter__(self) -> Self:
@@ -150,11 +162,18 @@ class Eye:
         return _Looks(self, self._marks)
 
     async def next_after(self, mark: int, number: int) -> tuple[int, Observation]:
-        """The newest observation with its number, once it is a fresh one and not that of ``number``."""
-        while self._latest_mark < mark or self._count == number:
+        """The newest fresh observation after that of ``number``, and its own number.
+
+        If nothing was to be seen in between, that is told first: it may have been a hand.
+        """
+        while True:
+            fresh = [seen for seen in self._recent if seen.number > number and seen.mark >= mark]
+            if fresh:
+                hidden = [seen for seen in fresh if not seen.observation.valid]
+                told = hidden[-1] if hidden else fresh[-1]
+                return told.number, told.observation
             self._news.clear()
             await self._news.wait()
-        return self._count, self._latest
 
     def expect(self, position: chess.BaseBoard | None) -> None:
         """Say what stands on the board: at the start, and after each move that counts."""
@@ -231,8 +250,9 @@ class Eye:
         return note
 
     def _see(self, observation: Observation, mark: int) -> None:
-        self._latest, self._latest_mark = observation, mark
+        self._latest = observation
         self._count += 1
+        self._recent.append(_Seen(self._count, mark, observation))
         self._news.set()
 
     def _go_blind(self, sight: Sight, message: str) -> None:

@@ -24,6 +24,8 @@ from kempelen.twin.client import TwinControl
 
 _PATIENCE_S = 1.0
 """A trouble that passes by itself so soon is not told."""
+_HAND_FRAMES = 3
+"""The robot's own hand is in one or two more frames after it has come to rest."""
 _REVIVE_S = 3.0
 """After so long without a camera, the twin is asked for another one."""
 
@@ -52,6 +54,7 @@ class GameEyes:
         reader: For the person who plays.
         verifier: For the arbiter.
         busy: Tells whether the robot is at work: it is then over the board itself.
+        position: Tells the game so far.
     """
 
     def __init__(self, config: Config, tell: Callable[[events.Event], None]) -> None:
@@ -62,9 +65,10 @@ class GameEyes:
         self._pieces = config.pieces.piece_set()
         self._control: TwinControl | None = None
         self._told = Sight.STARTING
-        self._hand = False
+        self._hand, self._hands = False, 0
         self.reader = CameraReader(lambda: self.eye, tell)
         self.busy: Callable[[], bool] = lambda: False
+        self.position: Callable[[], chess.Board] = chess.Board
 
     @property
     def eye(self) -> Eye:
@@ -128,12 +132,22 @@ class GameEyes:
 
     def listen(self, event: events.Event) -> None:
         """Take what the arbiter tells: the eye has to know what should stand on the board."""
-        if isinstance(event, events.GameStarted | events.MoveCommitted | events.MoveTakenBack):
-            self.expect(event.layout)
+        match event:
+            case events.GameStarted() | events.MoveCommitted() | events.MoveTakenBack():
+                self.expect(event.layout)
+                self.reader.stands(self.position())
+            case events.TransferStarted():
+                self.reader.moves()
 
     def expect(self, layout: Layout) -> None:
         """Say what stands on the board, or will when the robot has gone from it."""
         self.eye.expect(board_of(layout))
+
+    async def awake(self) -> None:
+        """Returns when the board is in clear view: whoever moves a piece before that is not seen doing it."""
+        async for seen in self.eye.observe():
+            if seen.valid or not self.verifier.looks:
+                return
 
     def switch(self, *, on: bool) -> None:
         """Go on without eyes, or with them again."""
@@ -148,6 +162,7 @@ class GameEyes:
         last = Sight.STARTING
         async for seen in self.eye.observe():
             now = asyncio.get_running_loop().time()
+            self.reader.glance(seen)
             if seen.sight is not last:
                 last, since = seen.sight, now
             self._tell_of_hands(seen)
@@ -158,11 +173,11 @@ class GameEyes:
                 await self._revive()
 
     def _tell_of_hands(self, seen: Observation) -> None:
-        if seen.hand == self._hand or (seen.hand and self.busy()):
-            return
-        if seen.hand or seen.valid:
-            self._hand = seen.hand
-            self._tell(events.HandOverBoard(seen.hand))
+        hand = seen.hand and not self.busy()
+        self._hands = self._hands + 1 if hand else 0
+        if self._hands == _HAND_FRAMES or (self._hand and seen.valid):
+            self._hand = hand
+            self._tell(events.HandOverBoard(hand))
 
     def _tell_of_sight(self, seen: Observation) -> None:
         """A hand is no trouble, and what was told once is not told again."""

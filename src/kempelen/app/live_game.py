@@ -83,7 +83,8 @@ class LiveGame:
         return BoardPerson(self.eyes.reader, maker=self._make_by_hand if virtual else None)
 
     async def _make_by_hand(self, board: chess.Board, move: chess.Move) -> None:
-        if isinstance(self.person, VirtualPerson):
+        if isinstance(self.person, VirtualPerson) and self.eyes is not None:
+            await self.eyes.awake()
             await self.person.play(board, move)
 
     async def __aenter__(self) -> Self:
@@ -163,6 +164,7 @@ class LiveGame:
         if self.eyes is not None:
             self.arbiter.events.listen(self.eyes.listen)
             self.eyes.busy = lambda: self.arbiter.moving
+            self.eyes.position = lambda: self.board
         self.arbiter.events.listen(self.measurements.listen)
         self.pgn = pgn_path(self._config.data_dir, log.game).absolute()
         self.arbiter.events.listen(PgnKeeper(self.pgn, lambda: log.state))

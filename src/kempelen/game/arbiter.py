@@ -182,6 +182,8 @@ class Arbiter:
         await self._mover.recover()
         self._gate.move_done()
         await self._finish_takeback()
+        if not (self._log.resumed and self.state.board.turn in self._pairing.people):
+            await self._mover.inspect()  # a person may have begun a move, which is nothing wrong
 
     async def _play(self) -> None:
         while self.state.ended is None:

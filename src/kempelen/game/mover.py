@@ -57,6 +57,11 @@ class Mover:
         else:
             await self._go_on_deciding()
 
+    async def inspect(self) -> None:
+        """See that everything stands as the game has it, before anything is built on it."""
+        if self._desk.eyes.looks:
+            await self._desk.confirm((), self._log.state.layout)
+
     async def _do(self, purpose: Purpose, uci: str, *, by_hand: bool = False, made: bool = False) -> None:
         transfers = await self._planned(purpose, uci, made=made)
         if by_hand:

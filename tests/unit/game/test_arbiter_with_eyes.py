@@ -32,7 +32,7 @@ async def test_each_move_of_the_robot_is_seen_before_it_counts(journal: Journal)
     bench = Bench(journal, watch(["O-O"]), fen="4k3/8/8/8/8/8/8/4K2R w K - 0 1", eyes=True)
     await bench.arbiter.run()
     assert bench.eyes is not None
-    assert bench.eyes.looked == [("K e1-g1", "R h1-f1")], "both at once"
+    assert bench.eyes.looked == [(), ("K e1-g1", "R h1-f1")], "the set-up, then both at once"
     assert bench.hand.parked == 1
 
 
@@ -41,7 +41,7 @@ async def test_a_square_is_seen_empty_before_a_piece_is_put_on_it(journal: Journ
     bench = Bench(journal, watch(["exd8=Q+"]), fen=PROMOTION, eyes=True)
     await bench.arbiter.run()
     assert bench.eyes is not None
-    assert [len(look) for look in bench.eyes.looked] == [2, 3]
+    assert [len(look) for look in bench.eyes.looked] == [0, 2, 3]
     assert bench.hand.parked == 1
 
 
