@@ -35,6 +35,7 @@ from kempelen.sensing.sighting import BoardSighting
 _CONTRADICTED = 4.0  # nats by which depth must speak against what was told of a square
 _REMEMBER = 5  # frames between two lessons about the empty board
 _SURE = 4.0  # nats
+_BUSY = 2.0  # ms spent on the board's place: colour can wait for the next frame
 
 
 class Use(StrEnum):
@@ -130,6 +131,7 @@ class Tracker:
         self._learned = 0
         self._frames = 0
         self._hand = False
+        self._colour_read: tuple[float, Array] | None = None  # when, and what it said
         self._cameras: Cameras | None = None
         self._stages: dict[str, float] = {}
         self._view: TrackerView | None = None
@@ -208,6 +210,7 @@ class Tracker:
         with self._stage("hand"):
             hand, reason, mask = self._gate(frame, sighting, look)
         if hand:
+            self._colour_read = None
             message = f"Waiting: {reason}."
             return Observation.blind(frame.time, Sight.HAND, message), located, look, mask
         if self._learned < self.settings.learn_frames:
@@ -220,6 +223,8 @@ class Tracker:
     def _place(self, frame: Frame, sighting: BoardSighting, *, new: bool) -> None:
         """Relate depth to the board anew, where board or cameras have changed."""
         cameras = Cameras.of(frame)
+        if new:
+            self._colour_read = None
         if not new and self._cameras is not None and self._cameras.same_as(cameras):
             return
         with self._stage("place"):
@@ -299,9 +304,20 @@ class Tracker:
         if self._told and self._position is not None and not disputed:
             self._colour.learn(frame, sighting, self._position)
             self._told = False
+            self._colour_read = None
         if not self._colour.ready:
             return np.zeros((64, 3))
-        return self._colour.read(frame, sighting)
+        if self._colour_read is None or self._due(frame, reading):
+            self._colour_read = frame.time, self._colour.read(frame, sighting)
+        return self._colour_read[1]
+
+    def _due(self, frame: Frame, reading: DepthReading | None) -> bool:
+        """Whether colour has to be read again: beside depth it rests for a few frames, to save time."""
+        if reading is None or self._colour_read is None:
+            return True
+        age = frame.time - self._colour_read[0]
+        busy = self._stages["board"] > _BUSY and 0 <= age < 2 * self.parameters["colour.period"]
+        return not (0 <= age < self.parameters["colour.period"] or busy)
 
     @contextmanager
     def _stage(self, name: str) -> Iterator[None]:
@@ -337,6 +353,7 @@ def _men(position: npt.ArrayLike) -> chess.BaseBoard:
 def _all_parameters() -> Parameters:
     own = Parameters(
         Parameter("fuse.depth", 1.0, "", 0, 1, "weight of what depth says"),
+        Parameter("colour.period", 0.09, "s", 0, 2, "beside depth, colour is read this often"),
         Parameter("fuse.colour", 1.0, "", 0, 1, "weight of what colour says"),
     )
     groups = (
