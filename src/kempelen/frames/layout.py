@@ -106,7 +106,7 @@ def check_header(memory: mmap.mmap, name: str) -> tuple[int, int]:
     Raises:
         CameraError: this is no ring, or one of another version.
     """
-    header = np.frombuffer(memory, _HEADER, 1)[0]
+    header = np.frombuffer(memory[: _HEADER.itemsize], _HEADER, 1)[0]
     if header["magic"] != MAGIC:
         raise CameraError(
             f"What answers as '{name}' is no ring of frames: it begins with {bytes(header['magic'])!r}.",
