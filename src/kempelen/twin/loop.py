@@ -197,6 +197,7 @@ class TwinLoop:
             "stats": self._stats,
             "settle": self._settle,
             "carry": self._carry,
+            "carries": self._carries,
             "hover": self._hover,
             "supply": self._supply,
             "remove": self._remove,
@@ -255,6 +256,11 @@ class TwinLoop:
         """The virtual person takes the piece nearest to ``from`` to ``to``; see `manner` for how."""
         x, y = map(float, request["from"])
         return _errand(self._world.person.carry((x, y), self._spot(request), **manner(request)))
+
+    def _carries(self, request: Mapping[str, Any]) -> Pending:
+        """Several carries in one go: ``moves`` holds a request of `_carry` for each."""
+        errands = [self._carry(one) for one in request["moves"]]
+        return _errand(lambda: all(errand.poll() is not None for errand in errands))
 
     def _hover(self, request: Mapping[str, Any]) -> Pending:
         """The virtual person holds a hand ``height`` mm above ``to`` for so many ``seconds``."""

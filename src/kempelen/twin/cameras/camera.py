@@ -10,6 +10,7 @@ from kempelen.core.camera import Depth, Frame, Picture
 from kempelen.core.geometry import Array, Transform
 from kempelen.twin.cameras.changes import Poses, seen_region, stale_points
 from kempelen.twin.cameras.colour import ColourSensor
+from kempelen.twin.cameras.glare import add_glare
 from kempelen.twin.cameras.models import KINECT_V2, CameraModel, Principle
 from kempelen.twin.cameras.noise import NOMINAL, Noise
 from kempelen.twin.cameras.optics import DepthOptics
@@ -227,15 +228,23 @@ class VirtualCamera:
         """The mean colour picture."""
         lens, reach = view.intrinsics, self._colour.reach(self.noise)
         if before is None or stale is None:
-            picture = renderer.colour(view, Region.whole(lens))
+            picture = self._picture(renderer, view, Region.whole(lens))
             return self._colour.develop(picture, self.lighting, self.noise)
         kept = seen_region(stale, view)
         if not kept.empty:
             kept = kept.grown(reach + 1, lens.width, lens.height)
             taken = kept.grown(reach, lens.width, lens.height)
-            part = self._colour.develop(renderer.colour(view, taken), self.lighting, self.noise)
+            part = self._colour.develop(self._picture(renderer, view, taken), self.lighting, self.noise)
             before.roots[kept.slices] = part[kept.within(taken)]
         return before.roots
+
+    def _picture(self, renderer: Renderer, view: View, region: Region) -> Picture:
+        """What falls onto the lens."""
+        out = renderer.colour(view, region)
+        if self.lighting.glare:
+            light, materials = self.lighting, self._materials
+            out = add_glare(out, renderer, view, region, materials=materials, lighting=light)
+        return out
 
     def _renderer_of(self, stage: Stage) -> Renderer:
         if self._renderer is None or self._of is not stage.model:

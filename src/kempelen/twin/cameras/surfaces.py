@@ -55,6 +55,12 @@ class Materials:
     Args:
         model: MuJoCo's.
         scene: What it was built from.
+
+    Attributes:
+        infrared: Of each geom, and of nothing (the last one).
+        piece: Whether each geom is a piece's.
+        board: Whether each is the board's top.
+        glossy: Whether each is varnished.
     """
 
     def __init__(self, model: Any, scene: Scene) -> None:
@@ -74,7 +80,7 @@ class Materials:
         self._paint = _infrared(board_paint(look, scene.table.square) / 255.0).astype(np.float32)
         self._origin = look.border_width
         self._scale = self._paint.shape[0] / (8 * scene.table.square + 2 * look.border_width)
-        self._scene = scene
+        self.scene = scene
 
     def see(self, optics: DepthOptics, pose: Transform, drawn: tuple[Depth, Ids]) -> Surfaces:
         """What a camera at ``robot_from_camera`` meets, from its picture of depth and geoms."""
@@ -83,7 +89,7 @@ class Materials:
         middle = slice(optics.fine // 2, None, optics.fine)
         depth, ids = np.ascontiguousarray(fine_depth[middle, middle]), fine_ids[middle, middle]
         infrared = self.infrared[ids]
-        board_from_camera = self._scene.table.robot_from_board.inverse() @ pose
+        board_from_camera = self.scene.table.robot_from_board.inverse() @ pose
         on_board = np.nonzero(self.board[ids])
         infrared[on_board] = self._painted(board_from_camera, optics.slopes[on_board], depth[on_board])
         return Surfaces(

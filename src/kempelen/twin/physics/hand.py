@@ -11,8 +11,9 @@ import numpy as np
 
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.table import Table
-from kempelen.twin.look import Look
 from kempelen.twin.physics.appearance import PAINT
+from kempelen.twin.physics.bodies import quaternion
+from kempelen.twin.physics.scene import Scene
 from kempelen.twin.physics.units import METRES
 
 HAND = "person"
@@ -41,9 +42,13 @@ _SLEEVE = (((170, 2, 80), (430, 0, 190), 39.0), ((430, 0, 190), (820, 0, 330), 5
 Point3 = tuple[float, float, float]
 
 
-def add_hand(spec: Any, look: Look) -> None:
-    """The body, moved from outside."""
-    body = spec.worldbody.add_body(name=HAND, mocap=True)
+def add_hand(spec: Any, scene: Scene) -> None:
+    """The body, moved from outside; at rest at first."""
+    at_white, look = scene.person == "white", scene.look
+    pose = hand_pose(scene.table, resting_place(scene.table, at_white=at_white), at_white=at_white)
+    body = spec.worldbody.add_body(
+        name=HAND, mocap=True, pos=pose.translation * METRES, quat=quaternion(pose)
+    )
     skin, sleeve = (*look.skin, 1.0), (*look.sleeve, 1.0)
     for start, end, radius in (*_FINGERS, _WRIST):
         _limb(body, start, end, radius, skin)

@@ -42,7 +42,7 @@ def build_model(scene: Scene, *, machine: bool = True) -> Any:
         add_piece(spec, piece, scene.shape(piece), up)
     if machine:
         _add_machine(spec, scene)
-        add_hand(spec, scene.look)
+        add_hand(spec, scene)
     _add_light_and_camera(spec, scene)
     model = spec.compile()
     paint_textures(model, scene.look, scene.table.square)

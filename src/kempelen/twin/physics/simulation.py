@@ -11,7 +11,7 @@ from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array
 from kempelen.twin.physics.bodies import quaternion
 from kempelen.twin.physics.gantry import CLOSE_SPEED, FINGERS, OPEN_SPEED, Jaw
-from kempelen.twin.physics.hand import hand_pose, resting_place
+from kempelen.twin.physics.hand import hand_pose
 from kempelen.twin.physics.model import build_model
 from kempelen.twin.physics.scene import Scene, StandingPiece
 from kempelen.twin.physics.state import Sleep, read_state, wake, write_state
@@ -40,7 +40,6 @@ class Simulation:
         self.tool = np.asarray(tool)
         self._fingers[:] = Jaw.of(scene.table.gripper).stroke * METRES
         self._settle()
-        self.show_hand(resting_place(scene.table, at_white=scene.person == "white"))
 
     def _load(self, scene: Scene) -> None:
         """Compile the scene and take views of MuJoCo's arrays, once."""
