@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from kempelen.cli.options import (
+    CameraOption,
     ConfigOption,
     DataDirOption,
     EngineOption,
@@ -22,6 +23,7 @@ from kempelen.cli.options import (
     ReportOption,
     RobotOption,
     SeedOption,
+    SensorOption,
     SpeedOption,
     TwinControlOption,
 )
@@ -51,7 +53,12 @@ def play(
     ] = None,
     hands: Annotated[
         Hands | None,
-        typer.Option("--hands", help="Who carries your pieces.", show_default="robot", rich_help_panel=_GAME),
+        typer.Option(
+            "--hands",
+            help="Who carries your pieces.",
+            show_default="you, where a camera looks",
+            rich_help_panel=_GAME,
+        ),
     ] = None,
     fen: FenOption = None,
     engine: EngineOption = None,
@@ -63,6 +70,8 @@ def play(
     speed: SpeedOption = None,
     seed: SeedOption = None,
     twin_control: TwinControlOption = None,
+    camera: CameraOption = None,
+    sensor: SensorOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
@@ -83,7 +92,7 @@ def play(
     settings = start.configured(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
         robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
-        twin__control=twin_control, data__dir=data_dir,
+        twin__control=twin_control, camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
         play__side=side and side.value, play__hands=hands and hands.value,
     )  # fmt: skip
     start.play(settings, fen, Showing(report, plain=plain))
@@ -110,6 +119,8 @@ def watch(
     speed: SpeedOption = None,
     seed: SeedOption = None,
     twin_control: TwinControlOption = None,
+    camera: CameraOption = None,
+    sensor: SensorOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
@@ -127,7 +138,7 @@ def watch(
     settings = start.configured(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
         robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
-        twin__control=twin_control, data__dir=data_dir,
+        twin__control=twin_control, camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
     )  # fmt: skip
     start.watch(settings, fen, opponent, opponent_level, Showing(report, plain=plain))
 
@@ -153,6 +164,8 @@ def replay(
     speed: SpeedOption = None,
     seed: SeedOption = None,
     twin_control: TwinControlOption = None,
+    camera: CameraOption = None,
+    sensor: SensorOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
@@ -170,7 +183,7 @@ def replay(
     settings = start.configured(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
         robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
-        twin__control=twin_control, data__dir=data_dir,
+        twin__control=twin_control, camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
     )  # fmt: skip
     start.replay(settings, file, game, take_over, side.value, Showing(report, plain=plain))
 
@@ -189,6 +202,8 @@ def resume(
     speed: SpeedOption = None,
     seed: SeedOption = None,
     twin_control: TwinControlOption = None,
+    camera: CameraOption = None,
+    sensor: SensorOption = None,
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
     report: ReportOption = None,
@@ -211,7 +226,7 @@ def resume(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
         robot__port=port, planner__name=planner, twin__speed=speed,
         twin__seed=seed,
-        twin__control=twin_control, data__dir=data_dir,
+        twin__control=twin_control, camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
     )  # fmt: skip
     wish = EngineWish(engine, level, move_time)
     start.resume(settings, game, Showing(report, plain=plain), wish)

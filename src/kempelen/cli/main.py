@@ -15,6 +15,8 @@ from kempelen.cli.bench import bench
 from kempelen.cli.calibrate import calibrate_board
 from kempelen.cli.doctor import config, doctor
 from kempelen.cli.jog import jog
+from kempelen.cli.record import record
+from kempelen.cli.see import see
 from kempelen.cli.twin import twin
 from kempelen.core.errors import KempelenError
 
@@ -56,6 +58,8 @@ for _command in (games.play, games.watch, games.replay, games.resume, records.ga
     app.command(rich_help_panel=_GAMES)(_command)
 app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)
 app.command(rich_help_panel=_MACHINE)(jog)
+app.command(rich_help_panel=_MACHINE)(see)
+app.command(rich_help_panel=_MACHINE)(record)
 app.command(rich_help_panel=_MACHINE)(twin)
 app.command(rich_help_panel=_HOUSE)(doctor)
 app.command(rich_help_panel=_HOUSE)(config)

@@ -82,6 +82,26 @@ TwinControlOption = Annotated[
         rich_help_panel=_ROBOT,
     ),
 ]
+CameraOption = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        help="Which camera looks: twin, uvc:0, realsense, kinect2, azure, recording:PATH.",
+        show_default="the twin's on the twin",
+        rich_help_panel=_ROBOT,
+    ),
+]
+SensorOption = Annotated[
+    str | None,
+    typer.Option(
+        "--sensor",
+        envvar="KEMPELEN_SENSOR",
+        help="camera: moves are read off the board and checked there; none: everything is believed.",
+        metavar="auto|camera|none",
+        show_default="auto",
+        rich_help_panel=_ROBOT,
+    ),
+]
 _ENGINE_HELP = "Path or name of a UCI engine."
 _LEVEL_HELP = "1 (beginner) to 20, an Elo, maia-1500, or full."
 _MOVE_TIME_HELP = "Seconds for each engine move."

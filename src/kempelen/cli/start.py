@@ -27,6 +27,8 @@ _OPTIONS: Mapping[str, str] = {
     "twin.speed": "--speed",
     "twin.seed": "--seed",
     "twin.control": "--twin-control",
+    "camera.source": "--camera",
+    "sensor.kind": "--sensor",
     "data.dir": "--data-dir",
 }
 
