@@ -49,7 +49,7 @@ async def until_dark(reader: RingReader) -> Frame:
 
 
 async def test_frames_come_settings_change_and_a_dead_camera_is_replaced(tmp_path: Path) -> None:
-    async with TwinProcess(spec_in(tmp_path, CameraSpec(seed=3))) as twin:
+    async with TwinProcess(spec_in(tmp_path, CameraSpec(seed=3, colour_scale=0.25))) as twin:
         (state,) = (await twin.control.ask("stats"))["cameras"]
         assert state["alive"]
         assert state["ring"] == twin.ring
@@ -58,7 +58,7 @@ async def test_frames_come_settings_change_and_a_dead_camera_is_replaced(tmp_pat
             assert frame.colour is not None
             assert frame.depth is not None
             assert frame.depth_camera is not None
-            assert (frame.colour.shape, frame.depth.shape) == ((1080, 1920, 3), (424, 512))
+            assert (frame.colour.shape, frame.depth.shape) == ((270, 480, 3), (424, 512))
             assert frame.depth_camera.distorted
             later = await fresh(reader, after=frame.sequence)
             assert later.time > frame.time
@@ -68,7 +68,7 @@ async def test_frames_come_settings_change_and_a_dead_camera_is_replaced(tmp_pat
             await twin.control.ask("supply", kind="Q", white=True, to=[x, y])
             with_queen = (await fresh(reader, 3)).colour
             assert with_queen is not None
-            assert (abs(with_queen.astype(int) - before) > 60).sum() > 300
+            assert (abs(with_queen.astype(int) - before) > 60).sum() > 20
             del with_queen
             await twin.control.ask("camera", change={"lighting": {"on": False}})
             await until_dark(reader)

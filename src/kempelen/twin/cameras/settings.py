@@ -1,5 +1,6 @@
 """Where a camera stands, and in which light; as it crosses the process boundary."""
 
+from dataclasses import replace
 from typing import Annotated, Self
 
 import numpy as np
@@ -94,6 +95,7 @@ class CameraSpec(BaseModel):
         placement: Where it is.
         lighting: In which light.
         noise: What is wrong with its frames.
+        colour_scale: Size of the colour picture as a share of the camera's largest one.
         seed: Of all noise.
         ring: Name of the shared memory that its frames go to; empty for one that nobody else uses.
         backend: ``gl``, ``embree``, ``rays``, or ``auto`` for the first of them that works.
@@ -105,6 +107,7 @@ class CameraSpec(BaseModel):
     placement: Placement = Placement()
     lighting: Lighting = Lighting()
     noise: Noise = NOMINAL
+    colour_scale: Annotated[float, Field(ge=0.1, le=1)] = 1.0
     seed: Annotated[int, Field(ge=0)] = 0
     ring: Annotated[str, Field(pattern=r"^[A-Za-z0-9._-]{0,60}$")] = ""
     backend: Annotated[str, Field(pattern=r"^(auto|gl|embree|rays)$")] = "auto"
@@ -118,4 +121,5 @@ class CameraSpec(BaseModel):
     @property
     def optics(self) -> CameraModel:
         """Its model."""
-        return MODELS[self.model]
+        model = MODELS[self.model]
+        return replace(model, colour=model.colour.scaled(self.colour_scale))
