@@ -205,8 +205,10 @@ def pyk4a(bench: Bench) -> Any:  # noqa: C901 - a module, class by class
 
         def get_distortion_coefficients(self, camera: CalibrationType) -> Any:
             if camera is CalibrationType.COLOR:
-                return np.array([0.72, -2.88, 0.0008, -0.0001, 1.63, 0.6, -2.72, 1.56])
-            return np.array([3.13, 2.32, 0.00008, -0.00005, 0.13, 3.46, 3.35, 0.66])
+                return np.array(
+                    [0.722746, -2.88559, 0.000783, -0.000143, 1.632723, 0.602199, -2.719626, 1.565053]
+                )
+            return np.array([3.130577, 2.324939, 0.000081, -0.000051, 0.130416, 3.458652, 3.350115, 0.662942])
 
         def get_extrinsic_parameters(self, source: CalibrationType, target: CalibrationType) -> Any:
             assert (source, target) == (CalibrationType.DEPTH, CalibrationType.COLOR)
@@ -234,8 +236,9 @@ def pyk4a(bench: Bench) -> Any:  # noqa: C901 - a module, class by class
             if bench.silent:
                 raise K4ATimeoutException
             number = bench.next()
+            colour = np.full((1080, 1920, 3), number % 256, np.uint8)
             return SimpleNamespace(
-                color=np.full((1080, 1920, 4), number % 256, np.uint8),
+                color=np.dstack([colour, np.full((1080, 1920), 255, np.uint8)]),
                 depth=np.full((576, 640), 700 + number, np.uint16),
                 color_timestamp_usec=number * 33333, depth_timestamp_usec=number * 33333 - 160,
             )  # fmt: skip
