@@ -3,8 +3,7 @@
 All likelihoods are learned from the pictures themselves. What a *changed* square looks like is taken from the
 known position: squares of one shade that hold different things differ as a square does that changed from one
 into the other. What an *unchanged* square looks like is taken from the two pictures that are compared: few
-squares change in a move, all others show what the camera's movement, its noise and the light do. Shadows are
-invented over unchanged squares, and count by how many turn up.
+squares change in a move, all others show what the camera's movement, its noise and the light do.
 """
 
 import numpy as np
@@ -12,13 +11,11 @@ import numpy.typing as npt
 
 from kempelen.core.geometry import Array
 from kempelen.sensing.colour.columns import Columns
-from kempelen.sensing.colour.looks import changes, shadowed
-from kempelen.sensing.colour.predictive import Student, fitted
+from kempelen.sensing.colour.looks import changes
+from kempelen.sensing.colour.predictive import Student, broad, fitted, hedged
 
-PAIRS = 100  # of differing squares for each change and shade; more say nothing new
+PAIRS = 60  # of differing squares for each change and shade; more say nothing new
 CHANGED = 4 / 64  # share of the squares that a castling changes, the move that changes most
-SHADED = 1 / 16  # share of the squares over which a shadow comes, before any was seen ...
-SHADED_WORTH = 16.0  # ... and the squares that this guess is worth
 ROUNDS = 6  # of expectation maximisation
 CAUTION = 0.1  # share of the changed squares' covariance in that of the unchanged ones: a fixed camera
 # without noise would else take the faintest shimmer for a change
@@ -34,7 +31,7 @@ class ChangeModel:
         memory: Encoded columns.
         states: (64,) what stands there.
         dark: (64,) which squares are dark.
-        depth: Of the deepest invented shadow.
+        search: Pixels that columns may be out of register.
         generator: Seeded by the caller.
     """
 
@@ -43,33 +40,37 @@ class ChangeModel:
         memory: Columns,
         states: npt.NDArray[np.int64],
         dark: npt.NDArray[np.bool_],
-        depth: float,
+        search: int,
         generator: np.random.Generator,
     ) -> None:
+        self._search = search
         self._memory, self._states, self._dark = memory, states, dark
-        self._examples = _differing(memory, states, dark, generator)
+        self._examples = _differing(memory, states, dark, search, generator)
         every = np.concatenate(list(self._examples.values()))
         self._covariance = np.cov(every.T)
         ones = np.ones(len(every))
         self._any = fitted(every, ones)
+        self._broad = broad(every, ones)
         self._changed = {
             key: fitted(examples, np.ones(len(examples)), self._covariance, CAUTION)
             for key, examples in self._examples.items()
         }
-        shaded = [changes(memory, shadowed(memory, depth, generator)) for _ in range(4)]
-        many = np.concatenate(shaded)
-        self._shaded = fitted(many, np.ones(len(many)), self._covariance, CAUTION)
 
-    def log_density(self, now: Columns) -> tuple[Array, float]:
-        """(64, 3) log p(change seen | now empty, white, black), and the share of squares in a new shadow."""
-        seen = changes(self._memory, now)
-        out = self._into(seen)
+    def log_density(self, now: Columns) -> Array:
+        """(64, 3) log p(change seen | now empty, white, black).
+
+        Args:
+            now: Encoded columns.
+        """
+        seen = changes(self._memory, now, self._search)
+        unforeseen = self._broad.log_density(seen)
+        out = hedged(self._into(seen), unforeseen[:, None])
         still = np.arange(64), self._states
         others = out.copy()
         others[still] = -np.inf
         changed = np.logaddexp.reduce(others, axis=1) - np.log(2)
-        out[still], shadows = self._unchanged(seen, changed)
-        return out, shadows
+        out[still] = hedged(self._unchanged(seen, changed), unforeseen)
+        return out
 
     def _into(self, seen: Array) -> Array:
         """(64, 3) as if every square had changed."""
@@ -84,24 +85,20 @@ class ChangeModel:
     def _model(self, before: int, after: int, shade: bool) -> Student:  # noqa: FBT001 - which of two models
         return self._changed.get((min(before, after), max(before, after), shade), self._any)
 
-    def _unchanged(self, seen: Array, changed: Array) -> tuple[Array, float]:
-        shaded = self._shaded.log_density(seen)
-        weight, shadows = _first_guess(seen), SHADED
+    def _unchanged(self, seen: Array, changed: Array) -> Array:
+        """(64,) by expectation maximisation: squares that changed have no say in what unchanged ones do."""
+        weight = _first_guess(seen)
         for _ in range(ROUNDS):
-            same = fitted(seen, weight, self._covariance, CAUTION).log_density(seen)
-            lit, dim = same + np.log(1 - shadows), shaded + np.log(shadows)
-            unchanged: Array = np.logaddexp(lit, dim)
-            still = _probability(unchanged - changed + np.log(1 / CHANGED - 1))
-            weight = still * _probability(lit - dim)
-            in_shade = float((still - weight).sum())
-            shadows = (SHADED * SHADED_WORTH + in_shade) / (SHADED_WORTH + float(still.sum()))
-        return unchanged, shadows
+            out = fitted(seen, weight, self._covariance, CAUTION).log_density(seen)
+            weight = _probability(out - changed + np.log(1 / CHANGED - 1))
+        return out
 
 
 def _differing(
     memory: Columns,
     states: npt.NDArray[np.int64],
     dark: npt.NDArray[np.bool_],
+    search: int,
     generator: np.random.Generator,
 ) -> dict[tuple[int, int, bool], Array]:
     """Changes between squares of one shade that hold different things, by what and by shade."""
@@ -113,7 +110,7 @@ def _differing(
             if len(first) and len(second):
                 pairs = np.stack(np.meshgrid(first, second)).reshape(2, -1)
                 pairs = pairs[:, generator.permutation(pairs.shape[1])[:PAIRS]]
-                out[one, other, shade] = changes(memory[pairs[0]], memory[pairs[1]])
+                out[one, other, shade] = changes(memory[pairs[0]], memory[pairs[1]], search)
     return out
 
 

@@ -78,7 +78,7 @@ def square_pixels(sighting: BoardSighting) -> float:
 
 
 def plane(frame: Frame, sighting: BoardSighting, pixels: int) -> Plane:
-    """BGR, 0 to 255, of the board seen from straight above with `MARGIN` squares around it, a8 at the top left.
+    """BGR, 0 to 255, of the board from straight above with `MARGIN` squares around it, a8 at the top left.
 
     Args:
         frame: With a colour picture.
@@ -138,7 +138,7 @@ def without_margin(seen: Plane) -> Plane:
 
 
 def _slice(seen: Plane, camera: Array, height: float) -> Columns:
-    """(64, pixels, pixels, channels) of the slice at one height: the plane picture, scaled about the camera."""
+    """(64, pixels, pixels, channels) at one height: the plane picture, scaled about the camera."""
     pixels = len(seen) / (8 + 2 * MARGIN)
     grow = camera[2] / max(camera[2] - height, LOWEST / 2)
     foot = np.array([camera[0], 8 - camera[1]])  # squares right and down of a8's outer corner
@@ -149,7 +149,7 @@ def _slice(seen: Plane, camera: Array, height: float) -> Columns:
         seen, matrix, (side, side), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,
     )  # fmt: skip
-    return tiles(out)
+    return tiles(np.asarray(out, dtype=np.float32))
 
 
 def _shrunk(picture: Picture, sighting: BoardSighting, scale: float) -> tuple[Picture, Array]:
@@ -166,6 +166,6 @@ def _shrunk(picture: Picture, sighting: BoardSighting, scale: float) -> tuple[Pi
     if scale < 1:
         size = (max(1, round((right - left) * scale)), max(1, round((bottom - top) * scale)))
         sx, sy = size[0] / (right - left), size[1] / (bottom - top)
-        part = cv2.resize(part, size, interpolation=cv2.INTER_AREA)
+        part = np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         shift = np.array([[sx, 0.0, (sx - 1) / 2], [0.0, sy, (sy - 1) / 2], [0.0, 0.0, 1.0]]) @ shift
-    return np.asarray(part, dtype=np.uint8), shift @ sighting.image_from_board
+    return part, shift @ sighting.image_from_board

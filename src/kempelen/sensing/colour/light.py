@@ -20,8 +20,9 @@ MAD_TO_SIGMA = 1.4826
 WINDOW = 1.25  # squares: more than twice what the widest foot covers, less than half a hand's shadow
 RANGE = 2.0  # largest change of light by a shadow that is followed; the eighth part is left
 
+_DARKEST = 0.04045  # sRGB is straight up to there (IEC 61966-2-1)
 _code = np.arange(256) / 255
-_LINEAR = np.where(_code <= 0.04045, _code / 12.92, ((_code + 0.055) / 1.055) ** 2.4)  # sRGB, IEC 61966-2-1
+_LINEAR = np.where(_code <= _DARKEST, _code / 12.92, ((_code + 0.055) / 1.055) ** 2.4)
 _LOG = np.log(_LINEAR + FLOOR).astype(np.float32)
 
 
@@ -54,6 +55,7 @@ class LightChange:
 
     field: Array
     whole: Plane
+    smooth: Plane
 
     @classmethod
     def between(cls, before: Plane, after: Plane, trust: npt.ArrayLike = 1.0) -> "LightChange":
@@ -68,13 +70,13 @@ class LightChange:
             trust: (64,) or a number: weight of each square, for instance that it stands unchanged.
         """
         off = after - before
-        seen = np.median(tiles(without_margin(off)).reshape(64, -1, 3), axis=1)
+        seen = np.median(tiles(without_margin(off)).reshape(64, -1, 3), axis=1).astype(np.float64)
         trust = np.broadcast_to(np.asarray(trust, dtype=np.float64), 64)
         fits = [_smooth(seen[:, channel], trust) for channel in range(3)]
         pixels = len(off) / (8 + 2 * MARGIN)
         smooth = (_basis_at(len(off), pixels) @ np.column_stack(fits)).astype(np.float32)
         whole = smooth + _shadows(off - smooth, pixels)
-        return cls(_BASIS @ np.column_stack(fits), whole)
+        return cls(_BASIS @ np.column_stack(fits), whole, smooth)
 
     def removed(self, seen: Plane) -> Plane:
         """An encoded plane picture as it would look without the change."""
@@ -87,7 +89,9 @@ def _shadows(off: Plane, pixels: float) -> Plane:
     board = np.clip((without_margin(off) / RANGE + 1) * 127.5 + 0.5, 0, 255).astype(np.uint8)
     window = 2 * round(WINDOW * pixels / 2) + 1
     median = cv2.medianBlur(np.ascontiguousarray(board), window).astype(np.float32)
-    return cv2.copyMakeBorder((median / 127.5 - 1) * RANGE, edge, edge, edge, edge, cv2.BORDER_REPLICATE)
+    change = (median / 127.5 - 1) * RANGE
+    whole = cv2.copyMakeBorder(change, edge, edge, edge, edge, cv2.BORDER_REPLICATE)
+    return np.asarray(whole, dtype=np.float32)
 
 
 @lru_cache(maxsize=4)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -10,11 +11,12 @@ from kempelen.sensing.colour.columns import Columns
 
 SPREAD_FLOOR = 0.03  # natural logarithms of light: what noise and dirt do to an even surface
 EDGE_FLOOR = 0.02
+FINE_FLOOR = 0.01
+RIM = 1 / 24  # of a square: standard deviation of the blur that leaves only the rims of pieces
 CHANGE_FLOOR = 0.02
 TINT_FLOOR = 0.01
 SHIFT_FLOOR = 0.05
 TINTED = 0.15  # standard deviation of a shadow's tint as a share of its depth: lamp against window
-SEARCH = 1  # pixels that two columns may be out of register: a sixteenth of a square
 
 
 def looks(columns: Columns, radii: Sequence[float]) -> Array:
@@ -28,13 +30,25 @@ def looks(columns: Columns, radii: Sequence[float]) -> Array:
     along = np.diff(columns, axis=2)[:, :, :, 1:]
     edges = np.sqrt((across * across + along * along).sum(axis=-1))
     out = []
+    fine = _fine(columns)
     for k, radius in enumerate(radii):
         disc = _disc(columns.shape[2], radius)
         inside = columns[:, k][:, disc]
         out += list(inside.mean(axis=1).T)
         out.append(np.log(inside[..., 0].std(axis=1) + SPREAD_FLOOR))
+        out.append(np.log(fine[:, k][:, disc].std(axis=1) + FINE_FLOOR))
         out.append(np.log(edges[:, k][:, disc[1:, 1:]].mean(axis=1) + EDGE_FLOOR))
     return np.stack(out, axis=1).astype(np.float64)
+
+
+def _fine(columns: Columns) -> Columns:
+    """(n, slices, pixels, pixels) brightness without what is coarser than a piece's rim: no soft shadows."""
+    n, slices, pixels = columns.shape[:3]
+    bright = np.ascontiguousarray(columns[..., 0]).reshape(n * slices, pixels, pixels)
+    out = np.empty_like(bright)
+    for k in range(len(bright)):
+        out[k] = bright[k] - cv2.GaussianBlur(bright[k], (0, 0), RIM * pixels)
+    return out.reshape(n, slices, pixels, pixels)
 
 
 def _disc(pixels: int, radius: float) -> npt.NDArray[np.bool_]:
@@ -43,47 +57,61 @@ def _disc(pixels: int, radius: float) -> npt.NDArray[np.bool_]:
     return out
 
 
-def changes(before: Columns, after: Columns) -> Array:
-    """(n, 4 * slices): of each slice how the pattern, the tint and the brightness changed, and how much of
-    the pattern that is.
+def changes(before: Columns, after: Columns, search: int) -> Array:
+    """(n, 6 * slices): how much the pattern, the tint, the brightness and the rims of each slice changed.
 
-    The brightness of the whole slice is taken out of the pattern: a shadow is not a move. Columns that are
-    a little out of register are moved to where they fit best.
+    The brightness of the whole slice is taken out of the pattern: a shadow is not a move. Pattern and rims
+    come twice, as they are and as a share of what is there. Columns that are a little out of register are
+    moved to where they fit best.
+
+    Args:
+        before: Encoded, (n, slices, pixels, pixels, 3).
+        after: Of the same shape.
+        search: Pixels by which they may be out of register.
     """
-    return np.concatenate([_slice_changes(before[:, k], after[:, k]) for k in range(before.shape[1])], axis=1)
+    slices = range(before.shape[1])
+    return np.concatenate([_slice_changes(before[:, k], after[:, k], search) for k in slices], axis=1)
 
 
-def _slice_changes(before: Columns, after: Columns) -> Array:
-    inner = before.shape[1] - 2 * SEARCH
-    still = before[:, SEARCH : SEARCH + inner, SEARCH : SEARCH + inner]
-    tried = [
-        _difference(still, after[:, dy : dy + inner, dx : dx + inner])
-        for dy in range(2 * SEARCH + 1)
-        for dx in range(2 * SEARCH + 1)
-    ]
-    stacked = np.stack(tried)
-    best = (stacked[..., 0] + stacked[..., 1]).argmin(axis=0)
-    pattern, tint, shift, own = stacked[best, np.arange(len(before))].T
-    pattern = pattern + CHANGE_FLOOR**2
+def _slice_changes(before: Columns, after: Columns, search: int) -> Array:
+    old, new = _registered(_patterns(before), _patterns(after), search)
+    off = new - old
+    pattern, *tints, rims = (off * off).mean(axis=(1, 2)).T
+    shift = off[..., 0].mean(axis=(1, 2))
+    pattern = pattern - shift**2 + CHANGE_FLOOR**2
+    rims = rims + FINE_FLOOR**2
+    own, _, _, fine = (old.var(axis=(1, 2)) + new.var(axis=(1, 2))).T
+    brighter = (after[..., 0] - before[..., 0]).mean(axis=(1, 2))
     return np.stack(
         [
             0.5 * np.log(pattern),
-            0.5 * np.log(tint + TINT_FLOOR**2),
-            np.log(np.abs(shift) + SHIFT_FLOOR),
+            0.5 * np.log(tints[0] + tints[1] + TINT_FLOOR**2),
+            np.log(np.abs(brighter) + SHIFT_FLOOR),
             np.log(pattern / (own + 2 * CHANGE_FLOOR**2)),
+            0.5 * np.log(rims),
+            np.log(rims / (fine + 2 * FINE_FLOOR**2)),
         ],
         axis=1,
     ).astype(np.float64)
 
 
-def _difference(before: Columns, after: Columns) -> Columns:
-    """(n, 4): mean square change of pattern and tint, change of brightness, both patterns' own variance."""
-    off = after - before
-    shift = off[..., 0].mean(axis=(1, 2))
-    pattern = (off[..., 0] ** 2).mean(axis=(1, 2)) - shift**2
-    tint = (off[..., 1:] ** 2).mean(axis=(1, 2)).sum(axis=-1)
-    own = before[..., 0].var(axis=(1, 2)) + after[..., 0].var(axis=(1, 2))
-    return np.stack([np.maximum(pattern, 0), tint, shift, own], axis=1)
+def _patterns(one_slice: Columns) -> Columns:
+    """(n, pixels, pixels, 4): brightness about its mean, both tints, rims."""
+    level = one_slice[..., :1].mean(axis=(1, 2), keepdims=True)
+    rims = _fine(one_slice[:, None])[:, 0, ..., None]
+    return np.concatenate([one_slice[..., :1] - level, one_slice[..., 1:], rims], axis=-1)
+
+
+def _registered(before: Columns, after: Columns, search: int) -> tuple[Columns, Columns]:
+    """Middles of the one, and of the other where they fit best."""
+    inner = before.shape[1] - 2 * search
+    still = np.ascontiguousarray(before[:, search : search + inner, search : search + inner])
+    fitting = np.empty_like(still)
+    for k, (one, other) in enumerate(zip(still, np.ascontiguousarray(after), strict=True)):
+        error = cv2.matchTemplate(other, one, cv2.TM_SQDIFF)
+        down, right = np.unravel_index(np.argmin(error), error.shape)
+        fitting[k] = other[down : down + inner, right : right + inner]
+    return still, fitting
 
 
 def shadowed(columns: Columns, depth: float, generator: np.random.Generator) -> Columns:

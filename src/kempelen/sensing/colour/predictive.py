@@ -16,6 +16,8 @@ from kempelen.core.geometry import Array
 SHRINK = 0.1  # of covariances towards their diagonal
 JITTER = 1e-4  # added to variances: features are logarithms, known to a percent at best
 PRIOR_MEAN = 1.0  # examples that the prior mean is worth
+INFLATED = 4.0  # variance of what no model foresaw, to that of all examples together
+UNFORESEEN = 0.02  # share of squares that look like nothing learned
 PRIOR_SPREAD = 6.0  # examples that the prior covariance is worth
 
 
@@ -42,7 +44,7 @@ class Student:
     @classmethod
     def of(cls, mean: Array, scale: Array, freedom: float) -> "Student":
         """From its scale matrix."""
-        return cls(mean, np.linalg.cholesky(scale), freedom)
+        return cls(mean, np.linalg.cholesky(scale).astype(np.float64), freedom)
 
     @classmethod
     def predicted(
@@ -88,6 +90,18 @@ def fitted(examples: Array, weight: Array, towards: Array | None = None, share: 
     return Student.of(mean, covariance, max(n / 4, 5.0))
 
 
+def broad(examples: Array, weight: Array) -> Student:
+    """Like any of the examples and what lies around them: the model of what no model foresaw."""
+    model = fitted(examples, weight)
+    return Student(model.mean, model.root * np.sqrt(INFLATED), 5.0)
+
+
+def hedged(log_density: Array, unforeseen: Array) -> Array:
+    """Mixed with what no model foresaw, so that a look far from all classes speaks for none of them."""
+    out: Array = np.logaddexp(log_density + np.log(1 - UNFORESEEN), unforeseen + np.log(UNFORESEEN))
+    return out
+
+
 class ClassModels:
     """What squares look like that are empty, hold a white piece, hold a black piece; by their own colour.
 
@@ -106,6 +120,7 @@ class ClassModels:
         within = _within(looks, states, dark, weight)
         self._models: dict[tuple[int, bool], Student] = {}
         self._unknown = fitted(looks, weight)
+        self._broad = broad(looks, weight)
         for state in np.unique(states):
             same = states == state
             middle = np.average(looks[same], axis=0, weights=weight[same])
@@ -120,7 +135,7 @@ class ClassModels:
             for shade in (False, True):
                 k = dark == shade
                 out[k, state] = self._models.get((state, shade), self._unknown).log_density(looks[k])
-        return out
+        return hedged(out, self._broad.log_density(looks)[:, None])
 
 
 def _within(looks: Array, states: npt.NDArray[np.int64], dark: npt.NDArray[np.bool_], weight: Array) -> Array:

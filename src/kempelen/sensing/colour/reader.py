@@ -1,4 +1,4 @@
-"""The reader: learns from a known position, then says how likely empty, white and black are on each square."""
+"""The reader: learns from a known position, then says how likely empty, white and black are."""
 
 from dataclasses import dataclass
 
@@ -34,6 +34,7 @@ DARK = np.array([(square // 8 + square % 8) % 2 == 0 for square in range(64)])
 SEED = 1  # of invented shadows: the same pictures are read the same way every time
 
 
+EXTREME = 30.0  # nats of the looks or the change alone; more is beyond what a Student t is fitted for
 DOUBT = 1e-3  # weight of a square that probably changed, when the light is fitted
 
 
@@ -59,16 +60,15 @@ class ColourReading:
     """What a picture says.
 
     Attributes:
-        log_likelihood: (64, 3) log p(seen | empty, white, black), the likeliest of a row 0, none below the limit.
+        log_likelihood: (64, 3) log p(seen | empty, white, black); the likeliest of a row is 0, none is
+            below the limit.
         unchanged: (64,) log-likelihood ratio that the square looks as in the learned position, nats.
         light: What the light added since, (64, 3) encoded channels.
-        shadows: Share of the squares over which a shadow came.
     """
 
     log_likelihood: Array
     unchanged: Array
     light: Array
-    shadows: float
 
 
 class ColourReader:
@@ -135,18 +135,16 @@ class ColourReader:
                 "The colour reader has not seen a known position yet.",
                 hint="Set up the position of the game and let it be confirmed once.",
             )
-        limit = self.parameters.limit
+        p = self.parameters
         plain, camera = self._seen(frame, sighting)
         light = LightChange.between(self._memory.plane, plain, self._trust)
-        plain = light.removed(plain)
-        now = cut(plain, camera, self.parameters.heights)
-        change, shadows = self._change.log_density(now)
-        change = np.maximum(change - change.max(axis=1, keepdims=True), -limit)
-        out = self._classes(now, shadows) + change
-        unchanged = _advantage(change, self._states)
-        out = np.maximum(out - out.max(axis=1, keepdims=True), -limit)
-        self._adapt(self._memory, _Memory(plain, now), unchanged, out)
-        return ColourReading(out, unchanged, light.field, shadows)
+        smooth = cut(plain - light.smooth, camera, p.heights)
+        lit = light.removed(plain)
+        now = _Memory(lit, cut(lit, camera, p.heights))
+        change = _bounded(self._change.log_density(now.columns), EXTREME)
+        out = _bounded(p.weight * (self._classes(smooth) + change), p.limit)
+        self._adapt(self._memory, now, out)
+        return ColourReading(out, _advantage(p.weight * change, self._states), light.field)
 
     def _seen(self, frame: Frame, sighting: BoardSighting) -> tuple[Plane, Array]:
         """The board from above, encoded, and where the camera is."""
@@ -177,24 +175,30 @@ class ColourReader:
         )  # fmt: skip
         if self._memory is not None:
             generator = np.random.default_rng(SEED)
-            self._change = ChangeModel(self._memory.columns, self._states, DARK, p.depth, generator)
+            self._change = ChangeModel(self._memory.columns, self._states, DARK, p.search, generator)
 
-    def _classes(self, now: Columns, shadows: float) -> Array:
+    def _classes(self, now: Columns) -> Array:
         """(64, 3) what the squares look like, whatever they were; the likeliest of a row 0."""
-        seen = looks(now, self.parameters.radii)
+        p = self.parameters
+        seen = looks(now, p.radii)
         lit, shaded = self._lit.log_density(seen, DARK), self._shaded.log_density(seen, DARK)
-        out: Array = np.logaddexp(lit + np.log(1 - shadows), shaded + np.log(shadows))
-        return np.maximum(out - out.max(axis=1, keepdims=True), -self.parameters.limit)
+        return _bounded(np.logaddexp(lit + np.log(1 - p.shaded), shaded + np.log(p.shaded)), EXTREME)
 
-    def _adapt(self, memory: "_Memory", now: "_Memory", unchanged: Array, log_likelihood: Array) -> None:
+    def _adapt(self, memory: "_Memory", now: "_Memory", log_likelihood: Array) -> None:
         """Squares that surely stand as they were are remembered a little more as they look now."""
-        sure = (unchanged > 0) & (log_likelihood[np.arange(64), self._states] == 0)
+        sure = _advantage(log_likelihood, self._states) > self.parameters.limit / 2
         self._trust = np.where(sure, 1.0, DOUBT)
         share = self.parameters.adaptation * sure.astype(np.float32)[:, None, None, None]
         memory.columns[...] += share[:, None] * (now.columns - memory.columns)
         old = tiles(without_margin(memory.plane))
         old += share * (tiles(without_margin(now.plane)) - old)
         without_margin(memory.plane)[...] = board_of(old)
+
+
+def _bounded(log_likelihood: Array, limit: float) -> Array:
+    """The likeliest of each row 0, none below -``limit``."""
+    out: Array = np.maximum(log_likelihood - log_likelihood.max(axis=1, keepdims=True), -limit)
+    return out
 
 
 def _advantage(log_likelihood: Array, states: States) -> Array:
