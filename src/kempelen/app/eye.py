@@ -61,10 +61,12 @@ class EyeSettings:
     Attributes:
         use: ``both``, ``depth`` or ``colour``.
         overrides: Parameters set by hand, by name.
+        square: Side of the board's squares, mm; None when nobody knows.
     """
 
     use: str = "both"
     overrides: Mapping[str, float] = field(default_factory=dict)
+    square: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -281,7 +283,9 @@ class Eye:
         )  # fmt: skip
         self._heard, self._told = time.monotonic(), None
         try:
-            self._send("begin", use=self._settings.use, overrides=self._overrides)
+            self._send(
+                "begin", use=self._settings.use, overrides=self._overrides, square=self._settings.square
+            )
             self._send("expect", fen=self._expected)
             self._send("mark", mark=self._marks)
             self._tell_ring()

@@ -19,6 +19,7 @@ from kempelen.core.camera import Frame
 from kempelen.core.errors import CameraError, KempelenError, SensorError
 from kempelen.core.senses import Observation, Sight
 from kempelen.frames.ring import RingReader
+from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.draw import annotate
 from kempelen.sensing.tracker import Tracker, TrackerSettings, Use
 
@@ -110,7 +111,8 @@ class EyeLoop:
         if begin is None:
             return 0
         use, overrides = Use(begin.fields["use"]), dict(begin.fields["overrides"])
-        self._tracker = Tracker(TrackerSettings(use=use, overrides=overrides))
+        finder = BoardFinder(square=begin.fields["square"])
+        self._tracker = Tracker(TrackerSettings(use=use, overrides=overrides), finder=finder)
         try:
             while self._obey():
                 self._look()

@@ -1,21 +1,24 @@
 """The eyes of one game: camera, eye, move reader and verifier wired together, and watched."""
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from typing import Self
 
 import chess
+import numpy as np
 
 from kempelen.app.board_reader import CameraReader
+from kempelen.app.camera_pose import BoardPose, measure_board
 from kempelen.app.cameras import open_camera
 from kempelen.app.config import TWIN_PORT, Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
 from kempelen.app.judge import BoardJudge
 from kempelen.app.table_session import TableSession
 from kempelen.core import events
-from kempelen.core.errors import ConfigError, TwinError
+from kempelen.core.errors import ConfigError, SensorError, TwinError
+from kempelen.core.geometry import Array
 from kempelen.core.places import Layout, Transfer
 from kempelen.core.senses import Observation, Sight
 from kempelen.frames.condition import CameraState, CameraStatus
@@ -26,6 +29,14 @@ _PATIENCE_S = 1.0
 """A trouble that passes by itself so soon is not told."""
 _HAND_FRAMES = 3
 """The robot's own hand is in one or two more frames after it has come to rest."""
+_PLACE_S = 2.0
+"""The board's place is compared with where it was this often."""
+_BUMP, _BUMP_LOOKS = 0.1, 2
+"""Squares by which it must have moved, in so many looks: less does not keep the robot from gripping."""
+_BUMPED = (
+    "Board or camera have moved by about {mm:.0f} mm, so the robot waits. If it was the board, type: bumped. "
+    "If it was the camera, put it back, or leave the game and calibrate it: kempelen calibrate --camera"
+)
 _REVIVE_S = 3.0
 """After so long without a camera, the twin is asked for another one."""
 
@@ -55,6 +66,7 @@ class GameEyes:
         verifier: For the arbiter.
         busy: Tells whether the robot is at work: it is then over the board itself.
         position: Tells the game so far.
+        bumped: Called when board or camera are seen to have moved.
     """
 
     def __init__(self, config: Config, tell: Callable[[events.Event], None]) -> None:
@@ -64,11 +76,16 @@ class GameEyes:
         self._eye: Eye | None = None
         self._pieces = config.pieces.piece_set()
         self._control: TwinControl | None = None
+        self._square = config.table.square
         self._told = Sight.STARTING
         self._hand, self._hands = False, 0
+        self._place: Array | None = None
+        self._displaced = 0
+        self._checked = 0.0
         self.reader = CameraReader(lambda: self.eye, tell)
         self.busy: Callable[[], bool] = lambda: False
         self.position: Callable[[], chess.Board] = chess.Board
+        self.bumped: Callable[[], Awaitable[None]] = _nothing
 
     @property
     def eye(self) -> Eye:
@@ -89,7 +106,8 @@ class GameEyes:
             CameraError: it cannot be opened.
         """
         sensor = self._config.sensor
-        settings = EyeSettings(sensor.method, sensor.parameters)
+        settings = EyeSettings(sensor.method, sensor.parameters, session.table.square)
+        self._square = session.table.square
         try:
             frames = await self._frames(session)
             self._eye = await self._stack.enter_async_context(Eye(frames, settings))
@@ -143,6 +161,17 @@ class GameEyes:
         """Say what stands on the board, or will when the robot has gone from it."""
         self.eye.expect(board_of(layout))
 
+    async def pose(self) -> BoardPose:
+        """Where the board is now, from several looks.
+
+        Raises:
+            SensorError: it is not seen, or not in space.
+            CalibrationError: the looks disagree.
+        """
+        pose = await measure_board(self.eye, self._square)
+        self._place, self._displaced = None, 0
+        return pose
+
     async def awake(self) -> None:
         """Returns when the board is in clear view: whoever moves a piece before that is not seen doing it."""
         async for seen in self.eye.observe():
@@ -168,6 +197,9 @@ class GameEyes:
             self._tell_of_hands(seen)
             if now - since >= _PATIENCE_S or seen.valid:
                 self._tell_of_sight(seen)
+            if seen.valid and now - self._checked > _PLACE_S and not self.busy():
+                self._checked = now
+                await self._check_place()
             if seen.sight is Sight.NO_CAMERA and now - max(since, revived) > _REVIVE_S:
                 revived = now
                 await self._revive()
@@ -186,6 +218,22 @@ class GameEyes:
         self._told = seen.sight
         self._tell(events.SensorChanged(seen.sight, seen.message))
 
+    async def _check_place(self) -> None:
+        """The robot relies on the board's place: what moves it, or the camera, must not go unnoticed."""
+        try:
+            corners = np.array((await self.eye.sighting()).corners)
+        except SensorError:
+            return
+        if self._place is None:
+            self._place = corners
+            return
+        side = float(np.linalg.norm(corners[1] - corners[0])) / 8
+        away = float(np.linalg.norm(corners - self._place, axis=1).max()) / side
+        self._displaced = self._displaced + 1 if away > _BUMP else 0
+        if self._displaced == _BUMP_LOOKS:
+            self._tell(events.BoardDiffers(_BUMPED.format(mm=away * self._square)))
+            await self.bumped()
+
     async def _revive(self) -> None:
         """The twin's camera is a process, too, and can die."""
         if self._control is not None:
@@ -193,6 +241,10 @@ class GameEyes:
                 await self._control.ask("restart_camera")
             except TwinError as error:
                 self._tell(events.SensorChanged(Sight.NO_CAMERA, str(error)))
+
+
+async def _nothing() -> None:
+    """Nobody wants to know."""
 
 
 def board_of(layout: Layout) -> chess.BaseBoard:

@@ -9,6 +9,8 @@ from typing import Self
 
 import chess
 
+from kempelen.app.calibration_file import save_calibration
+from kempelen.app.camera_pose import as_calibration, bumped, load_camera_pose, shift_of
 from kempelen.app.cast import Cast, EngineWish, GameRequest, score_of
 from kempelen.app.config import Config
 from kempelen.app.eyes import GameEyes
@@ -20,6 +22,8 @@ from kempelen.app.speed import parse_speed
 from kempelen.app.table_session import TableSession, calibrated_table, digest, twin_speed
 from kempelen.core.errors import ConfigError, GameError
 from kempelen.core.events import Event, GameOver
+from kempelen.core.fit import require_fit
+from kempelen.core.geometry import Transform
 from kempelen.core.places import Layout
 from kempelen.core.protocols import RobotPhase, RobotState
 from kempelen.core.table import Table, start_layout
@@ -165,6 +169,7 @@ class LiveGame:
             self.arbiter.events.listen(self.eyes.listen)
             self.eyes.busy = lambda: self.arbiter.moving
             self.eyes.position = lambda: self.board
+            self.eyes.bumped = self.arbiter.pause
         self.arbiter.events.listen(self.measurements.listen)
         self.pgn = pgn_path(self._config.data_dir, log.game).absolute()
         self.arbiter.events.listen(PgnKeeper(self.pgn, lambda: log.state))
@@ -278,6 +283,58 @@ class LiveGame:
             raise ConfigError("Only a twin has a speed to set.", hint="A machine's is in its settings.")
         await self.session.control.ask("speed", speed=speed)
         self._pace = speed
+
+    # --- eyes -----------------------------------------------------------------------------------------------
+
+    def require_eyes(self) -> GameEyes:
+        """The game's eyes.
+
+        Raises:
+            GameError: it has none.
+        """
+        if self.eyes is None:
+            raise GameError("This game has no camera.", hint="Resume it with one: --camera uvc:0")
+        return self.eyes
+
+    async def board_was_bumped(self) -> str:
+        """Measure the board again, by the camera alone, and go on with the same game; what came of it.
+
+        Raises:
+            GameError: there is no camera, or a move is in hand.
+            KempelenError: the board cannot be measured, or does not fit where it is now.
+        """
+        eyes, paused = self.require_eyes(), self.arbiter.paused
+        if not paused:
+            await self.arbiter.pause()
+        try:
+            said = await self._measure_again(eyes)
+        finally:
+            if not paused:
+                await self.arbiter.resume()
+        return said
+
+    async def _measure_again(self, eyes: GameEyes) -> str:
+        before = self.session.table
+        robot_from_camera = self._robot_from_camera()
+        seen = robot_from_camera @ (await eyes.pose()).camera_from_board
+        after = bumped(before.robot_from_board, seen)
+        calibration = as_calibration(after, before.square)
+        table = self._config.build_table(calibration)
+        require_fit(table, self._config.planner.clearances.vertical)
+        await self.arbiter.change_table(table, digest(table))
+        self.session.table = self.session.hand.table = table
+        save_calibration(self._config.calibration_path, calibration)
+        moved = shift_of(before.robot_from_board, after, before.square)
+        return f"The board has moved by {moved:.1f} mm at its farthest corner; the robot knows it now."
+
+    def _robot_from_camera(self) -> Transform:
+        known = load_camera_pose(self._config.camera_calibration_path)
+        if known is None:
+            raise GameError(
+                "It is not known where the camera stands over the robot.",
+                hint="Put the board back, leave the game, and calibrate once: kempelen calibrate --camera",
+            )
+        return known.robot_from_camera
 
     async def play(self) -> GameReport:
         """To the end.

@@ -11,6 +11,7 @@ from kempelen.app.live_game import LiveGame
 from kempelen.app.people import YES, Answers
 from kempelen.cli.narrate import colour_name
 from kempelen.cli.plain import END_OF_INPUT
+from kempelen.cli.showing import assignment, require_writable, told
 from kempelen.core.errors import GameError, KempelenError, OperatorNeededError
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import read_game
@@ -19,11 +20,13 @@ HELP = (
     "Moves: Nf3, e2e4, 5254, O-O, e8=N.\n"
     "pause stops the robot at once; resume goes on; finish completes the move. takeback [HALF-MOVES]. "
     "draw offers one, resign gives up. mode play|watch|replay [FILE.pgn [GAME]] changes who plays. "
+    "bumped measures the board again by camera. eyes off plays without the camera, eyes on with it. "
+    "look [FILE.png] shows what it sees; set NAME=VALUE overrides how. "
     "speed N|max (twin). stop is the emergency stop. quit or Ctrl-C leaves; the game is kept."
 )
 
 _LEAVING = frozenset({"quit", "exit"})
-_AT_ONCE = frozenset({"pause", "resume", "finish", "mode", "speed", "stop", "help"})
+_AT_ONCE = frozenset({"pause", "resume", "finish", "mode", "speed", "stop", "help", "eyes", "look", "set"})
 
 
 class LeaveError(Exception):
@@ -62,6 +65,10 @@ class Commander:
             "draw": lambda _: arbiter.offer_draw(self._colour()),
             "mode": self._mode,
             "speed": self._speed,
+            "bumped": self._bumped,
+            "eyes": self._eyes,
+            "look": self._look,
+            "set": self._set,
             "stop": lambda _: arbiter.stop(),
             "help": self._help,
         }
@@ -193,8 +200,45 @@ class Commander:
     async def _speed(self, words: Sequence[str]) -> None:
         await self._game.set_speed(words[0] if words else "")
 
+    async def _bumped(self, _words: Sequence[str]) -> None:
+        self._say("Measuring the board: keep away from it.")
+        self._say(await self._game.board_was_bumped())
+
+    async def _eyes(self, words: Sequence[str]) -> None:
+        if list(words) not in (["on"], ["off"]):
+            self._say("Say `eyes off` or `eyes on`.")
+            return
+        self._game.require_eyes().switch(on=words[0] == "on")
+        self._say(
+            "The board is looked at again."
+            if words[0] == "on"
+            else "The board is not looked at any more: type your moves; nobody checks the robot's."
+        )
+
+    async def _look(self, words: Sequence[str]) -> None:
+        eye = self._game.require_eyes().eye
+        file = _file(words)
+        await asyncio.to_thread(file.write_bytes, await eye.picture())
+        self._say(f"{told(eye.latest)} View: {file}")
+
+    async def _set(self, words: Sequence[str]) -> None:
+        name, value = assignment(" ".join(words))
+        await self._game.require_eyes().eye.set(name, value)
+        self._say(f"{name} is {'what the reader takes' if value is None else f'{value:g}'} from now on.")
+
     async def _help(self, _words: Sequence[str]) -> None:
         self._say(HELP)
+
+
+def _file(words: Sequence[str]) -> Path:
+    """Where a picture is written to.
+
+    Raises:
+        ConfigError: nothing can be written there.
+    """
+    file = Path(" ".join(words) or "view.png").expanduser().absolute()
+    require_writable(file)
+    return file
 
 
 def _count(words: Sequence[str]) -> int | None:

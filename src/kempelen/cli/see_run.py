@@ -19,10 +19,10 @@ from kempelen.app.eye import Eye, EyeSettings
 from kempelen.app.still import StillRead, load_still, read_still
 from kempelen.cli.halfblocks import terminal_picture
 from kempelen.cli.plain import END_OF_INPUT, typed_lines
-from kempelen.cli.showing import require_writable
+from kempelen.cli.showing import assignment, require_writable, told
 from kempelen.core.camera import Picture
 from kempelen.core.errors import ConfigError, KempelenError
-from kempelen.core.senses import Observation, Sight
+from kempelen.core.senses import Sight
 from kempelen.game.fen import parse_fen
 from kempelen.sensing.board.orientation import Side
 
@@ -41,23 +41,11 @@ def numbers(overrides: list[str]) -> dict[str, float]:
     """
     out = {}
     for text in overrides:
-        name, value = _assignment(text)
+        name, value = assignment(text)
         if value is None:
             raise ConfigError(f"'{text}' sets nothing.", hint="Write --set NAME=NUMBER.")
         out[name] = value
     return out
-
-
-def _assignment(text: str) -> tuple[str, float | None]:
-    name, equals, value = text.partition("=")
-    try:
-        if not equals:
-            raise ValueError  # noqa: TRY301 - both are the same mistake
-        return name.strip(), float(value) if value.strip() else None
-    except ValueError:
-        raise ConfigError(
-            f"'{text}' sets no parameter.", hint="Write NAME=NUMBER, such as hand.above=140."
-        ) from None
 
 
 # --- one picture ---
@@ -222,23 +210,10 @@ async def _obey(eye: Eye, console: Console) -> None:
             return
         try:
             if line:
-                await eye.set(*_assignment(line))
+                await eye.set(*assignment(line))
         except KempelenError as error:
             console.bell()
             console.print(str(error), markup=False)
-
-
-def told(seen: Observation) -> str:
-    """An observation in one line."""
-    if not seen.valid:
-        return f"Not to be seen ({seen.sight.value}). {seen.message}"
-    shares = seen.occupancy
-    counts = [int((shares.argmax(axis=1) == column).sum()) for column in range(3)]
-    least = int(shares.max(axis=1).argmin())
-    return (
-        f"In sight: {counts[1]} white, {counts[2]} black, {counts[0]} empty. Least certain: "
-        f"{chess.square_name(least)} with {100 * float(shares[least].max()):.1f} %."
-    )
 
 
 def _decoded(png: bytes) -> Picture:
