@@ -77,7 +77,7 @@ class CameraProcess:
         self.spec = spec
         self.backend = ""
         self._pieces: Sequence[StandingPiece] | None = None
-        self._told = 0.0
+        self._due = 0.0
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, LONGEST)
         with theirs:
@@ -125,12 +125,12 @@ class CameraProcess:
             mocap: (n, 7) places and attitudes of what is moved from outside.
         """
         now = time.monotonic()
-        if now - self._told < 1 / self.spec.optics.rate:
+        if now < self._due:
             return
         if pieces is not self._pieces and self._send({"pieces": [asdict(piece) for piece in pieces]}):
             self._pieces = pieces
         if self._send({"time": moment, "qpos": pack(qpos), "mocap": pack(mocap)}):
-            self._told = now
+            self._due = max(self._due + 1 / self.spec.optics.rate, now)
 
     def change(self, patch: Mapping[str, Any]) -> None:
         """Other settings from the next frame on.
