@@ -1,8 +1,9 @@
 """Whether a piece stands upright and in the middle of its square.
 
-Sensors read heights low by an amount of their own (the top of a piece is a few pixels wide), so that a height
-is compared with those of the other pieces of its kind, or, where there are not enough of them, with its
-nominal height times the median over the board of measured over nominal. The spread about that says how far a
+Sensors read heights low by an amount of their own (the top of a piece is a few pixels wide, and black reflects
+little), so that a height is compared with those of the other pieces of its kind and colour, or, where there
+are not enough of them, with its nominal height times the median over its colour of measured over nominal. The
+spread about that says how far a
 height can be trusted.
 """
 
@@ -13,7 +14,6 @@ from typing import Annotated
 
 import chess
 import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from kempelen.core.geometry import Array
@@ -24,6 +24,7 @@ from kempelen.sensing.moves.parameters import Rate, log_odds
 MAD_TO_SIGMA = 1.4826  # of a normal distribution
 UNCALIBRATED = 0.1  # of the tallest piece: the noise that is assumed then
 WITNESSES_OF_A_KIND = 2
+_ALL_PIECES = tuple(chess.Piece(kind, colour) for kind in chess.PIECE_TYPES for colour in chess.COLORS)
 WITNESSES = 4  # fewer standing pieces do not tell how the sensor reads heights
 
 
@@ -47,9 +48,9 @@ class StanceParameters(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """How a sensor reads heights: measured over nominal of each kind, and the spread, mm."""
+    """How a sensor reads heights: measured over nominal of each piece, and the spread, mm."""
 
-    scales: Mapping[chess.PieceType, float]
+    scales: Mapping[chess.Piece, float]
     noise: float
 
 
@@ -144,25 +145,30 @@ def _reading(
     standing = [s for s in expected if s not in targets and np.isfinite(heights[s])]
     if len(standing) < WITNESSES:
         noise = max(parameters.height_noise, UNCALIBRATED * pieces.tallest)
-        return _Reading(dict.fromkeys(chess.PIECE_TYPES, 1.0), noise)
-    kinds = np.array([expected[s].piece_type for s in standing])
-    nominal = np.array([pieces[int(kind)].height for kind in kinds])
+        return _Reading(dict.fromkeys(_ALL_PIECES, 1.0), noise)
+    seen = [expected[s] for s in standing]
+    nominal = np.array([pieces[piece.piece_type].height for piece in seen])
     ratios = heights[standing] / nominal
-    scales = {kind: _scale(ratios, kinds == kind) for kind in chess.PIECE_TYPES}
-    residuals = np.abs(ratios - [scales[int(kind)] for kind in kinds]) * nominal
+    scales = {piece: _scale(ratios, piece, seen) for piece in _ALL_PIECES}
+    residuals = np.abs(ratios - [scales[piece] for piece in seen]) * nominal
     return _Reading(scales, max(parameters.height_noise, MAD_TO_SIGMA * float(np.median(residuals))))
 
 
-def _scale(ratios: Array, alike: npt.NDArray[np.bool_]) -> float:
-    """Measured over nominal of one kind: its own median where there is one to speak of."""
-    return float(np.median(ratios[alike] if alike.sum() >= WITNESSES_OF_A_KIND else ratios))
+def _scale(ratios: Array, piece: chess.Piece, seen: Sequence[chess.Piece]) -> float:
+    """Measured over nominal of one piece: the median of its like, of its colour, or of all."""
+    like = np.array([other == piece for other in seen])
+    of_colour = np.array([other.color == piece.color for other in seen])
+    for alike in (like, of_colour):
+        if alike.sum() >= WITNESSES_OF_A_KIND:
+            return float(np.median(ratios[alike]))
+    return float(np.median(ratios))
 
 
 def _lies(height: float, piece: chess.Piece, pieces: PieceSet, reading: _Reading) -> float:
     """Log-likelihood ratio that the piece lies, as tall as it is thick; minus infinity without a height."""
     if not np.isfinite(height):
         return -np.inf
-    shape, scale = pieces[piece.piece_type], reading.scales[piece.piece_type]
+    shape, scale = pieces[piece.piece_type], reading.scales[piece]
     upright, lying = scale * shape.height, scale * max(shape.base_diameter, shape.head_diameter)
     if height >= upright:
         return -np.inf
