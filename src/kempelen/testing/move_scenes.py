@@ -27,7 +27,7 @@ class Scene:
         sensor: Sensor | None = None,
         parameters: MoveParameters | None = None,
         *,
-        seconds: float = 0.5,
+        seconds: float = 1.0,
     ) -> None:
         self.board = board_of(position)
         self.sensor = sensor or Sensor()

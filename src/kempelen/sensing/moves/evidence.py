@@ -10,11 +10,11 @@ from collections import deque
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import expit, gammaln
+from scipy.special import expit
 
 from kempelen.core.geometry import Array
 from kempelen.core.senses import Observation
-from kempelen.sensing.moves.parameters import MoveParameters
+from kempelen.sensing.moves.parameters import MoveParameters, log_odds
 
 States = npt.NDArray[np.int64]
 """(64,) EMPTY, WHITE or BLACK."""
@@ -91,12 +91,15 @@ class Standing:
 
     def __init__(self, states: States, parameters: MoveParameters) -> None:
         self._parameters = parameters
-        self._counts = np.zeros((64, STATES))  # windows in which a square looked like each state
         self.states = states
+        self._counts = np.zeros((64, STATES))  # windows in which a square looked like each state
+        self._odds = np.full(64, self._fresh)  # log odds that it is misread
 
     def confirm(self, states: States) -> None:
         """Another position stands now; squares whose state is the same keep their look."""
-        self._counts[states != self.states] = 0.0
+        touched = states != self.states
+        self._counts[touched] = 0.0
+        self._odds[touched] = self._fresh
         self.states = states
 
     def learn(self, window: Array, windows: float) -> None:
@@ -106,9 +109,22 @@ class Standing:
             window: (64, 3) log-likelihoods.
             windows: How many independent looks it counts as.
         """
-        self._counts += windows * np.exp(window)
-        most = self._parameters.memory / self._counts.sum(axis=1, keepdims=True).clip(1e-9)
+        seen = np.exp(window)
+        evidence = np.log((self._usual * seen).sum(axis=1)) - np.log((self._good * seen).sum(axis=1))
+        self._odds = np.clip(self._odds + windows * evidence, -self._surest, self._surest)
+        self._counts += windows * seen
+        most = self._parameters.memory / self._counts.sum(axis=1, keepdims=True)
         self._counts *= np.minimum(1.0, most)
+
+    @property
+    def _fresh(self) -> float:
+        """Log odds that a square that has just been touched is misread."""
+        return -log_odds(self._parameters.misread)
+
+    @property
+    def _surest(self) -> float:
+        """No log odds get beyond this: a square that changes its ways is noticed as soon as it does."""
+        return -self._fresh + 2 * float(np.log1p(self._parameters.memory))
 
     @property
     def _good(self) -> Array:
@@ -120,11 +136,7 @@ class Standing:
     @property
     def misread(self) -> Array:
         """(64,) posterior probability that a square is misread."""
-        rate = self._parameters.misread
-        good = np.log1p(-rate) + (self._counts * np.log(self._good)).sum(axis=1)
-        bad = np.log(rate) + gammaln(STATES) - gammaln(self._counts.sum(axis=1) + STATES)
-        bad += gammaln(self._counts + 1).sum(axis=1)
-        out: Array = expit(bad - good)
+        out: Array = expit(self._odds)
         return out
 
     @property
@@ -148,12 +160,13 @@ class Standing:
     def touched(self, window: Array) -> Array:
         """(64, 3) log p(window | the square is now empty, white, black, and was not before).
 
-        It may be misread now. If it was before, then its look may have come along or not.
+        It may be misread now, and then look like anything; if it was misread before, it may look as it did,
+        whatever stands there.
         """
-        seen, expected = np.exp(window), self.expected
-        rate = self._parameters.misread
-        anything = 0.5 * (expected * seen).sum(axis=1, keepdims=True) + 0.5 / STATES
-        out: Array = np.log((1 - rate) * seen + rate * anything)
+        seen, rate = np.exp(window), self._parameters.misread
+        stuck = 0.5 * self.misread[:, None]
+        as_before = (self._usual * seen).sum(axis=1, keepdims=True)
+        out: Array = np.log((1 - rate) * ((1 - stuck) * seen + stuck * as_before) + rate / STATES)
         return out
 
     def ratios(self, window: Array) -> Array:

@@ -33,7 +33,7 @@ def _question(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
     best = rivals[0]
     if best.happened is Happened.HALF and best.advice:
         return best.advice
-    for attempt in (_back, _promotion, _where, _which, _lifted):
+    for attempt in (_back, _promotion, _where, _which, _lifted, _still):
         if text := attempt(board, rivals):
             return text
     return _list(board, rivals)
@@ -95,6 +95,15 @@ def _lifted(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
         return f"Where does the {_piece(board, gone[0])} from {chess.square_name(gone[0])} go?"
     gone = [s for s, _ in rivals[0].changes]
     return f"What takes the {_piece(board, gone[0])} on {chess.square_name(gone[0])}?"
+
+
+def _still(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
+    """A piece that is hardly to be seen, and may be in the hand."""
+    begun = next((h for h in rivals if h.happened is Happened.HALF), None)
+    if begun is None:
+        return ""
+    square = min(s for s, _ in begun.changes)
+    return f"Is the {_piece(board, square)} still on {chess.square_name(square)}?"
 
 
 def _list(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:

@@ -6,6 +6,7 @@ accepts, when nothing else on the board is unexplained, and when the answer has 
 """
 
 from dataclasses import dataclass
+from math import log
 
 import chess
 import numpy as np
@@ -32,7 +33,9 @@ from kempelen.sensing.moves.verdicts import (
 )  # fmt: skip
 
 STANDING_ODDS = 9.0  # the confirmed position stands when it is that much likelier than everything else
-CANDIDATE_ODDS = 1e-3  # of the best one: less likely lines are not worth a question
+CLEAR_ODDS = 99.0  # one move stands out among all when it is that much likelier than the others
+ALSO_SEEN = 3.0  # log odds below the strongest sign of a change, to be named with it
+CANDIDATE_ODDS = 1e-2  # of the best one: less likely lines are not worth a question
 _ORDINARY = frozenset({Happened.MOVE, Happened.TWO, Happened.REPLACED})
 
 
@@ -53,6 +56,11 @@ class Belief:
     log_posterior: Array
     stray: float
     seen: Array
+
+    @property
+    def suspicious(self) -> bool:
+        """Whether something else may well have changed."""
+        return self.stray > -log(STANDING_ODDS)
 
 
 class MoveReader:
@@ -147,7 +155,7 @@ class MoveReader:
     def _believe(self) -> Belief:
         ratios = self._standing.ratios(self._window.log_likelihood)
         hypotheses = self._hypotheses
-        unseen = 0.0 if self._touched else float(np.log(self.parameters.missed_hand))
+        unseen = 0.0 if self._touched else log(self.parameters.missed_hand)
         prior = hypotheses.log_prior + unseen * (np.arange(len(hypotheses.all)) > 0)
         joint = hypotheses.scores(ratios) + prior
         best = int(np.argmax(joint))
@@ -161,8 +169,10 @@ class MoveReader:
         odds = ratios - ratios[np.arange(64), states][:, None]
         odds += np.log(self.parameters.stray / 128) + unseen  # 64 squares, two other states each
         odds[np.arange(64), states] = -np.inf
-        seen = np.where(odds.max(axis=1) > 0, odds.argmax(axis=1), states)
-        return float(np.logaddexp.reduce(odds, axis=None)), seen
+        total = float(np.logaddexp.reduce(odds, axis=None))
+        least = min(0.0, float(odds.max())) - ALSO_SEEN if total > -log(STANDING_ODDS) else 0.0
+        seen = np.where(odds.max(axis=1) > least, odds.argmax(axis=1), states)
+        return total, seen
 
     def _note_best(self, belief: Belief, time: float) -> None:
         best = self._hypotheses.all[belief.best]
@@ -172,21 +182,23 @@ class MoveReader:
 
     def _learn(self, belief: Belief, windows: float) -> None:
         """How the standing position looks, as far as it is believed to stand."""
-        if self._window.full and belief.best == 0 and belief.stray < 0:
-            standing = float(np.exp(belief.log_posterior[0]))
-            self._standing.learn(self._window.log_likelihood, windows * standing)
+        if not self._window.full or belief.best or belief.stray > 0:
+            return
+        if self._touched and belief.margin < self.parameters.threshold:
+            return  # a piece may be in the hand: that must not become how its square looks
+        standing = float(np.exp(belief.log_posterior[0]))
+        self._standing.learn(self._window.log_likelihood, windows * standing)
 
     def _verdict(self, belief: Belief, time: float) -> Verdict:
         best = self._hypotheses.all[belief.best]
-        if belief.best == 0 and belief.stray < 0 and belief.margin > np.log(STANDING_ODDS):
+        if belief.best == 0 and not belief.suspicious and belief.margin > log(STANDING_ODDS):
             self._quiet_until = time
             return Unchanged(belief.margin)
-        if not self._steady(best, time):
-            return Settling(best.lines[0] if best.happened is Happened.MOVE else ())
         accepted = self._accept(best, belief)
-        if accepted is not None:
+        if accepted is not None and self._steady(best, time):
             return accepted
-        if time - self._quiet_until < self.parameters.patience or not self._window.full:
+        waiting = time - self._quiet_until < self.parameters.patience or not self._window.full
+        if accepted is not None or waiting:
             return Settling(best.lines[0] if best.happened is Happened.MOVE else ())
         return self._trouble(best, belief)
 
@@ -201,7 +213,7 @@ class MoveReader:
 
     def _accept(self, best: Hypothesis, belief: Belief) -> Moved | TakenBack | None:
         p = self.parameters
-        if belief.margin < p.threshold or belief.stray > np.log(p.stray_allowed) or best.also:
+        if belief.margin < p.threshold or belief.stray > log(p.stray_allowed) or best.also:
             return None
         if best.happened is Happened.BACK:
             return TakenBack(best.plies, (), belief.margin)
@@ -230,12 +242,29 @@ class MoveReader:
         return (line, margin) if margin >= self.parameters.kind_threshold else (None, margin)
 
     def _trouble(self, best: Hypothesis, belief: Belief) -> Unsure | Wrong:
-        if best.happened is Happened.MOVE and belief.margin > self.parameters.threshold and belief.stray > 0:
+        if belief.suspicious and best.happened is Happened.MOVE and self._stands_out(belief):
             return self._move_and_more(best.lines[0], belief)
-        if belief.stray > 0 or best.happened in _ORDINARY - _allowed(self.parameters.plies):
+        if begun := self._begun(belief):
+            return Unsure(*ask(self._board, [begun]))
+        if belief.suspicious or best.happened in _ORDINARY - _allowed(self.parameters.plies):
             found = differences(self._board, belief.seen)
             return Wrong(found, advise(self._board, found))
         return Unsure(*ask(self._board, self._candidates(best, belief)))
+
+    def _begun(self, belief: Belief) -> Hypothesis | None:
+        """The half-made move that what is seen looks like."""
+        halves = (h for h in self._hypotheses.all if h.happened is Happened.HALF)
+        return next((h for h in halves if np.array_equal(self._hypotheses.after(h), belief.seen)), None)
+
+    def _stands_out(self, belief: Belief) -> bool:
+        """Whether the likeliest move is far likelier than every other and none."""
+        single = [
+            belief.log_posterior[i]
+            for i, h in enumerate(self._hypotheses.all)
+            if h.happened in {Happened.STANDING, Happened.MOVE} and i != belief.best
+        ]
+        rest = float(np.logaddexp.reduce(single))
+        return float(belief.log_posterior[belief.best]) - rest > log(CLEAR_ODDS)
 
     def _move_and_more(self, line: Line, belief: Belief) -> Wrong:
         """A clear move, and something else beside it."""
@@ -244,7 +273,7 @@ class MoveReader:
         return Wrong(found, f"After {self._board.san(line[0])}: {advise(moved, found)}")
 
     def _candidates(self, best: Hypothesis, belief: Belief) -> list[Hypothesis]:
-        floor = belief.log_posterior[belief.best] + np.log(CANDIDATE_ODDS)
+        floor = belief.log_posterior[belief.best] + log(CANDIDATE_ODDS)
         order = np.argsort(-belief.log_posterior, kind="stable")
         rivals = [self._hypotheses.all[i] for i in order if belief.log_posterior[i] >= floor]
         return [best, *(h for h in rivals if h is not best)]
