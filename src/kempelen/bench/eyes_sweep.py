@@ -1,7 +1,7 @@
 """Error of occupancy against each kind of depth noise over its range, the thesis's rule beside ours.
 
-One number is changed at a time, the others stay nominal. For each value the reader learns from a few frames of
-the start position, as in a game, and then reads positions of the famous games one frame at a time.
+One number is changed at a time, the others stay nominal. For each value the reader learns from a few frames
+of the start position, as in a game, and then reads positions of the famous games one frame at a time.
 """
 
 from collections.abc import Mapping

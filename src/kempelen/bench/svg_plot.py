@@ -34,9 +34,10 @@ def draw_charts(charts: Sequence[Chart], title: str, y_label: str) -> str:
     top = max(top, 1e-9) * 1.05
     rows = -(-len(charts) // _COLUMNS)
     width, height = _COLUMNS * _WIDTH, _HEAD + rows * _HEIGHT
+    size = f'width="{width}" height="{height}"'
+    box = f'viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="11"'
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" '
-        f'viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="11">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} {box}>',
         f'<rect width="{width}" height="{height}" fill="white"/>',
         _text(10, 18, title, size=14),
         *_legend(charts, y_label),

@@ -12,6 +12,7 @@ _SAMPLE = 800
 _STEPS = 12
 _MAD = 1.4826  # of a normal distribution: sigma over median absolute deviation
 _LEAST_POINTS = 50
+_ROUGHEST = 3.0  # times the expected scatter: rougher than that is no plane
 _SHARE_ON_PLANE = 0.25  # 32 pieces seen obliquely hide more than half of the board
 
 
@@ -56,7 +57,8 @@ def fit_board_plane(points: Array, scale: float = 3.0) -> Plane:
     plane = _consensus(points[:: max(1, len(points) // _SAMPLE)], scale)
     for _ in range(_STEPS):
         plane = _refine(points, plane)
-    share = float(np.mean(np.abs(plane.heights(points)) < 3 * max(plane.noise, scale)))
+    scatter = np.clip(plane.noise, scale, _ROUGHEST * scale)
+    share = float(np.mean(np.abs(plane.heights(points)) < 3 * scatter))
     if share < _SHARE_ON_PLANE:
         raise BoardNotFoundError(
             f"Only {100 * share:.0f} % of the depth points on the board lie on one plane; "

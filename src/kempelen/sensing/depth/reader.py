@@ -31,6 +31,7 @@ from kempelen.sensing.parameters import Parameters
 from kempelen.sensing.sighting import BoardSighting
 
 _MOVED = 0.03  # squares: registration found this far off, the squares are looked for anew
+_DARK = np.array([(square // 8 + square % 8) % 2 == 0 for square in range(64)])
 _CORE = 0.25  # squares from the centre: where holes are counted
 
 
@@ -188,7 +189,7 @@ class DepthReader:
         empty = surely_empty(look.evidence, self.parameters)
         if occupied is not None:
             empty = ~occupied
-        self.reference.remember(look.map, empty)
+        self.reference.remember(look.map, empty, certain=occupied is not None)
         self._note(look, empty)
 
     def adapt(self, look: DepthLook, empty: Mask) -> None:
@@ -199,7 +200,7 @@ class DepthReader:
             empty: (64,) squares that are empty for certain.
         """
         estimate(look.evidence, self.parameters, None)
-        self.reference.remember(look.map, empty)
+        self.reference.remember(look.map, empty, certain=False)
         self._note(look, empty)
 
     def judge(self, look: DepthLook, *, hand: bool = False) -> DepthReading:
@@ -207,8 +208,11 @@ class DepthReader:
         empty, piece = occupied_over_empty(look.evidence, self.parameters)
         log_likelihood = np.stack([empty, piece, piece], axis=1)
         log_likelihood -= log_likelihood.max(axis=1, keepdims=True)
-        offsets = np.where((piece > empty)[:, None], look.evidence.peaks.offsets - self._shift, np.nan)
-        heights = look.evidence.peaks.tops
+        standing = piece > empty
+        offsets = np.where(standing[:, None], look.evidence.peaks.offsets - self._shift, np.nan)
+        # a piece is not as dark as the square under it: it stands as high as if on a light one
+        step = np.where(standing & _DARK, self.reference.coefficients[-1], 0.0)
+        heights = look.evidence.peaks.tops + step
         return DepthReading(log_likelihood, heights, offsets * look.map.view.square, hand, look)
 
     def _note(self, look: DepthLook, empty: Mask) -> None:

@@ -15,7 +15,8 @@ _BLOTCH = 10.0  # cells that err together: what a stereo matcher or a lens smoot
 _FIRST_STEPS = 15
 _STEPS = 2
 _LEAST_NOISE = 0.3  # mm
-_CLIP = 3.0  # of noise: what lies further out is no lasting trait of the board
+_CLIP = 3.0  # of noise: what lies further out is no trait of the board, as far as is known
+_HIGHEST_BLOTCH = 15.0  # mm: beyond it lie holes of the measurement
 _MEMORY = 60.0  # frames
 _HOLE = 3.0  # of noise: a place without measurement counts as so wrong
 
@@ -71,17 +72,18 @@ class EmptyReference:
         self.trust = _slope(remainder, blotches, self._evidence > 0, self.noise)
         return (remainder - np.float32(self.trust) * blotches).astype(np.float32)
 
-    def remember(self, seen: HeightMap, empty: Mask) -> None:
+    def remember(self, seen: HeightMap, empty: Mask, *, certain: bool = True) -> None:
         """Take the squares that are empty for certain into the reference.
 
         Args:
             seen: A frame that `subtract` has been given.
             empty: (64,) whether each square is.
+            certain: Whether that was told, not read: then blotches of any height are the board's.
         """
         remainder = seen.heights[self._board, self._board] - self.surface
         cells = seen.view.cells
         bare = np.kron(empty.reshape(8, 8), np.ones((cells, cells))).astype(bool) & ~np.isnan(remainder)
-        limit = _CLIP * self.noise
+        limit = _HIGHEST_BLOTCH if certain else _CLIP * self.noise
         self._total[bare] += np.clip(remainder[bare], -limit, limit)
         self._evidence[bare] += 1
         ageing = self._evidence > _MEMORY
@@ -139,7 +141,8 @@ def _design(view: BoardView) -> Array:
 
 def _slope(remainder: Pixels, blotches: Pixels, known: Mask, noise: float) -> float:
     """How much of the remembered remainder shows again, 0 to 1."""
-    alike = known & (np.abs(remainder) < _CLIP * noise)
+    off = np.minimum(np.abs(remainder), np.abs(remainder - blotches))
+    alike = known & (off < _CLIP * noise)  # or else something stands there
     energy = float((blotches[alike] ** 2).sum())
     if energy <= 0:
         return 0.0
