@@ -1,0 +1,1 @@
+"""Which piece is which: the classifier for positions without history, promotions and set-up."""
