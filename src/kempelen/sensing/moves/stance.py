@@ -2,9 +2,8 @@
 
 Sensors read heights low by an amount of their own (the top of a piece is a few pixels wide, and black
 reflects little), so that a height is compared with those of the other pieces of its kind and colour, or,
-where there are not enough of them, with its nominal height times the median over its colour of measured over nominal. The
-spread about that says how far a
-height can be trusted.
+where there are not enough of them, with its nominal height times the median over its colour of measured over
+nominal. The spread about that says how far a height can be trusted.
 """
 
 from collections import deque
