@@ -16,6 +16,7 @@ _CELLS = 8  # along the side of a square, of the small picture that is compared
 _OVERSAMPLED = 2
 _PAUSE = 0.5  # s: frames further apart than this say nothing about motion
 _FOLLOW = 0.2  # share by which the clear view follows the light
+_SATURATED = 250.0  # grey levels: brighter light makes no difference
 _MAD = 1.4826
 _NOISES = 5.0
 
@@ -127,7 +128,8 @@ class ColourGate:
     def _changed(self, now: Array, before: Array) -> Mask:
         """Cells that differ by more than the light, evened out over the picture, and the noise explain."""
         ratio = np.median((now + 1) / (before + 1), axis=(0, 1))
-        difference = np.abs(now - before * ratio).max(axis=2)
+        predicted = np.minimum(before * ratio, _SATURATED)
+        difference = np.abs(np.minimum(now, _SATURATED) - predicted).max(axis=2)
         noise = _MAD * float(np.median(difference))
         out: Mask = difference > max(self.parameters["gate.change"], _NOISES * noise)
         return out
