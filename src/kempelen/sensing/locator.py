@@ -74,6 +74,10 @@ class Locator:
         self._last, self._looked = None, -np.inf
         self._lost = Located(None, sight=Sight.STARTING, message="Looking for the board.")
 
+    def check_soon(self) -> None:
+        """Somebody was at the board: it is verified in the next frame, whenever that was done last."""
+        self._looked = -np.inf
+
     def locate(self, frame: Frame, position: chess.BaseBoard | None, *, blocked: bool) -> Located:
         """Where the board is in this frame.
 

@@ -130,7 +130,7 @@ class Tracker:
         self._told = False  # whether a position waits to be learned by the colour reader
         self._learned = 0
         self._frames = 0
-        self._hand = False
+        self._hand = False  # whether one was seen in the frame before
         self._colour_read: tuple[float, Array] | None = None  # when, and what it said
         self._cameras: Cameras | None = None
         self._stages: dict[str, float] = {}
@@ -156,7 +156,6 @@ class Tracker:
         self._stages = {}
         self._frames += 1
         observation, located, look, mask = self._read(frame)
-        self._hand = observation.hand
         self._view = TrackerView(
             frame,
             observation,
@@ -209,10 +208,12 @@ class Tracker:
             self._colour_gate.forget()
         with self._stage("hand"):
             hand, reason, mask = self._gate(frame, sighting, look)
-        if hand:
-            self._colour_read = None
-            message = f"Waiting: {reason}."
-            return Observation.blind(frame.time, Sight.HAND, message), located, look, mask
+        if hand or self._hand:
+            if not hand:  # it may have taken the board with it
+                self._locator.check_soon()
+                reason = "the hand has just gone"
+            self._hand, self._colour_read = hand, None
+            return Observation.blind(frame.time, Sight.HAND, f"Waiting: {reason}."), located, look, mask
         if self._learned < self.settings.learn_frames:
             with self._stage("learn"):
                 self._learn(look)

@@ -74,7 +74,8 @@ def occupied_over_empty(evidence: Evidence, parameters: Parameters) -> tuple[Arr
 def empty_density(evidence: Evidence, parameters: Parameters) -> Array:
     """(64,) log density of the score on an empty square, per mm: Student's t about what noise does."""
     scale = np.hypot(parameters["depth.empty_scale"] * evidence.noise, parameters["depth.empty_floor"])
-    away = (evidence.peaks.scores - parameters["depth.empty_centre"] * evidence.noise) / scale
+    scores = np.nan_to_num(evidence.peaks.scores, nan=0.0)
+    away = (scores - parameters["depth.empty_centre"] * evidence.noise) / scale
     away = np.maximum(away, 0.0)  # a dip is as good a sign of an empty square as none
     core = (
         gammaln((_TAIL + 1) / 2) - gammaln(_TAIL / 2) - 0.5 * np.log(_TAIL * np.pi)
@@ -86,7 +87,7 @@ def empty_density(evidence: Evidence, parameters: Parameters) -> Array:
 def piece_density(scores: Array, parameters: Parameters) -> Array:
     """(64,) log density of the score where a piece stands, per mm: log-normal."""
     spread = parameters["depth.piece_spread"]
-    logs = np.log(np.maximum(scores, 0.5))
+    logs = np.log(np.maximum(np.nan_to_num(scores, nan=0.0), 0.5))
     away = (logs - np.log(parameters["depth.piece_height"])) / spread
     return with_strays(-0.5 * away**2 - np.log(spread) - 0.5 * np.log(2 * np.pi) - logs)
 

@@ -5,7 +5,7 @@ import pytest
 
 from kempelen.core.errors import BoardNotFoundError, CalibrationError
 from kempelen.core.geometry import Transform
-from kempelen.sensing.depth.geometry import MARGIN, view_board
+from kempelen.sensing.depth.geometry import MARGIN, depth_of, view_board
 from kempelen.sensing.depth.heights import board_cells, by_square, map_heights, supported
 from kempelen.testing.depth_scene import BASELINE, SQUARE, DepthScene, men
 
@@ -16,7 +16,7 @@ def test_a_tall_piece_is_counted_on_its_own_square(tilt: float, offset: float) -
     scene = DepthScene(tilt=tilt, posts=men({27: 95.0}))
     frame = scene.frame(noise=1.0, offset=offset)
     view = view_board(frame, scene.sighting)
-    seen = map_heights(view, frame.depth)
+    seen = map_heights(view, depth_of(frame))
     board = board_cells(view.cells)
     highest = np.nanmax(by_square(seen.heights[board, board], view.cells), axis=(1, 2))
     assert highest[27] == pytest.approx(95, abs=4)
@@ -32,7 +32,7 @@ def test_measures_depend_on_nothing_but_geometry() -> None:
     frame = scene.frame()
     assert frame.depth_camera is not None
     column, row = np.rint(frame.depth_camera.project(point[None])[0]).astype(int)
-    depth = np.zeros_like(frame.depth)
+    depth = np.zeros_like(depth_of(frame))
     depth[row, column] = point[2]
     index, height = view.cell_of(view.crop(depth))
     hit = np.flatnonzero(index.ravel() >= 0)
@@ -52,7 +52,7 @@ def test_depth_without_intrinsics_is_refused() -> None:
     with pytest.raises(CalibrationError, match="no depth picture"):
         view_board(replace(frame, depth=None), scene.sighting)
     with pytest.raises(CalibrationError, match="rows and columns"):
-        view_board(replace(frame, depth=frame.depth[:100]), scene.sighting)
+        view_board(replace(frame, depth=depth_of(frame)[:100]), scene.sighting)
 
 
 def test_cameras_that_see_different_things_are_noticed() -> None:
@@ -80,7 +80,7 @@ def test_not_a_number_is_nothing_measured() -> None:
     scene = DepthScene()
     frame = scene.frame(noise=1.0)
     view = view_board(frame, scene.sighting)
-    depth = frame.depth.copy()
+    depth = depth_of(frame).copy()
     rows, columns = (slice(part.start + 60, part.start + 90) for part in (view.rows, view.columns))
     depth[rows, columns] = np.nan
     seen = map_heights(view, depth)

@@ -13,10 +13,14 @@ def over(reading: DepthReading) -> np.ndarray:
     return reading.log_likelihood[:, WHITE] - reading.log_likelihood[:, EMPTY]
 
 
-def taught(tilt: float, **faults: float) -> tuple[DepthReader, DepthScene]:
+def taught(tilt: float, *, dark_step: float = 0.0, offset: float = 0.0) -> tuple[DepthReader, DepthScene]:
     scene = DepthScene(tilt=tilt, posts=start_men())
     reader = DepthReader()
-    reader.learn([scene.frame(noise=1.5, seed=seed, **faults) for seed in range(2)], scene.sighting, START)
+    reader.learn(
+        [scene.frame(noise=1.5, seed=k, dark_step=dark_step, offset=offset) for k in range(2)],
+        scene.sighting,
+        START,
+    )
     return reader, scene
 
 
