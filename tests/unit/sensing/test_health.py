@@ -12,7 +12,7 @@ SCENE = DepthScene(posts=start_men())
 GOOD = SCENE.frame(noise=1.5)
 assert GOOD.colour is not None
 assert GOOD.depth is not None
-COLOUR, DEPTH = COLOUR, GOOD.depth
+COLOUR, DEPTH = GOOD.colour, GOOD.depth
 RNG = np.random.default_rng(3)
 
 

@@ -15,7 +15,10 @@ def cloud(n: int, occupied: float, noise: float = 1.5, seed: int = 0) -> np.ndar
     across = np.cross(normal, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     middle = np.array([0.0, 0.0, 900.0])
-    return x[:, None] * across + y[:, None] * np.cross(normal, across) + middle + up[:, None] * normal
+    out: np.ndarray = (
+        x[:, None] * across + y[:, None] * np.cross(normal, across) + middle + up[:, None] * normal
+    )
+    return out
 
 
 @pytest.mark.parametrize("occupied", [0.0, 0.2, 0.45])
