@@ -26,6 +26,7 @@ class CameraReader:
         tell: Takes questions and advice.
 
     Attributes:
+        looks: Clear observations so far.
         on: Whether anything is being read.
         candidates: Moves that may have been made, while a question is open.
         stuck: Set while only a person can help.
@@ -37,6 +38,7 @@ class CameraReader:
         self._reader: MoveReader | None = None
         self._said = ""
         self._learning = self._reading = False
+        self.looks = 0
         self.on = True
         self.candidates: tuple[chess.Move, ...] = ()
         self.stuck = asyncio.Event()
@@ -57,6 +59,7 @@ class CameraReader:
 
     def glance(self, seen: Observation) -> None:
         """An observation outside of a person's turn: what is looked at for longer is known better."""
+        self.looks += seen.valid
         if self._reader is not None and self._learning and not self._reading:
             self._reader.update(seen)
 

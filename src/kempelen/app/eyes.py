@@ -37,6 +37,8 @@ _BUMPED = (
     "Board or camera have moved by about {mm:.0f} mm, so the robot waits. If it was the board, type: bumped. "
     "If it was the camera, put it back, or leave the game and calibrate it: kempelen calibrate --camera"
 )
+_FIRST_LOOKS = 12
+"""Clear observations in which it is learned how the board looks; a person takes longer to sit down."""
 _REVIVE_S = 3.0
 """After so long without a camera, the twin is asked for another one."""
 
@@ -173,9 +175,13 @@ class GameEyes:
         return pose
 
     async def awake(self) -> None:
-        """Returns when the board is in clear view: whoever moves a piece before that is not seen doing it."""
+        """Returns when the board is in clear view, and has been for a second or so since the game began.
+
+        Whoever moves a piece before that is not seen doing it.
+        """
         async for seen in self.eye.observe():
-            if seen.valid or not self.verifier.looks:
+            enough = seen.valid and self.reader.looks >= _FIRST_LOOKS
+            if enough or not self.verifier.looks:
                 return
 
     def switch(self, *, on: bool) -> None:

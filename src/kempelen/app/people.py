@@ -1,7 +1,7 @@
 """Who lends a hand when the robot cannot: the operator at the table, or the twin's virtual person."""
 
 import asyncio
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 
 import chess
 
@@ -56,9 +56,13 @@ class VirtualPerson:
         table: Where the places are.
         control: The twin's side door.
         layout: What the game says stands where; asked when the table is to be put right.
+
+    Attributes:
+        manner: How own moves are made, asked for each piece (`kempelen.twin.physics.person.manner`).
     """
 
     def __init__(self, table: Table, control: TwinControl, layout: Callable[[], Layout]) -> None:
+        self.manner: Callable[[Transfer], Mapping[str, object]] = lambda _: {}
         self._table = table
         self._control = control
         self._layout = layout
@@ -82,7 +86,7 @@ class VirtualPerson:
         for transfer in transfers:
             if not await self._stands(transfer.piece, transfer.target):
                 where = {"from": self._at(transfer.source), "to": self._at(transfer.target)}
-                await self._control.ask("carry", **where)
+                await self._control.ask("carry", **where, **self.manner(transfer))
 
     async def play(self, board: chess.Board, move: chess.Move) -> None:
         """Make a move of one's own, with all that it needs: a `kempelen.game.board_person.Maker`."""
