@@ -1,9 +1,10 @@
 """How the squares of a lattice differ from their neighbours: the chequered pattern as numbers.
 
-Every edge between two neighbouring squares gives one number: by how much the square that should be light is
-lighter than the one that should be dark, along the colour axis in which this board's squares differ most. 1
-is what the edges between certain corners show; where there is no pattern the numbers scatter about 0.
-Differences of neighbours hardly feel the light, a shadow or a piece on one of the two.
+Every edge between two neighbouring squares gives a few numbers, one for each place along it: by how much the
+square that should be light is lighter than the one that should be dark, along the colour axis in which this
+board's squares differ most. 1 is what the edges between certain corners show; where there is no pattern the
+numbers scatter about 0. Differences of neighbours hardly feel the light, a shadow or a piece on one of the
+two.
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,9 @@ from kempelen.sensing.board.lattice import TINY, Indices, apply
 
 _SAMPLES = 10  # a side of a square
 _STRIP = slice(1, 4)  # of those, from the edge inwards: off the blurred edge, off the piece in the middle
-_LENGTH = slice(2, -2)  # along the edge, off its ends
+_LENGTH = slice(1, -1)  # along the edge, off its ends
+PLACES = _SAMPLES - 2
+"""Along an edge, that are measured."""
 _RIDGE = 0.02  # of the difference's own square: keeps the axis from noise when few edges are known
 _FEWEST = 4  # certain edges without which no axis is estimated
 
@@ -29,10 +32,10 @@ class Contrasts:
 
     Attributes:
         origin: (2,) the lattice point of the block's first square.
-        across: (rows, columns + 1) contrast of the edge at a column's left side, with the square to its left.
-        down: (rows + 1, columns) contrast of the edge at a row's upper side, with the square above it.
+        across: (rows, columns + 1, places) contrasts along the edge at a column's left side, with the square
+            to its left.
+        down: (rows + 1, columns, places) along the edge at a row's upper side, with the square above it.
         seen: (rows, columns) whether a square's middle is in the picture.
-        medians: (rows, columns, 3) blue, green, red of each square.
         strength: Grey levels that a contrast of 1 stands for.
     """
 
@@ -40,7 +43,6 @@ class Contrasts:
     across: Array
     down: Array
     seen: npt.NDArray[np.bool_]
-    medians: Array
     strength: float
 
 
@@ -57,16 +59,16 @@ def measure_contrasts(
         size: Its columns and rows of squares.
     """
     cells, seen = _sampled(picture, homography, low, size)
-    left, right = _strip(cells[:, :, _LENGTH, _STRIP]), _strip(cells[:, :, _LENGTH, ::-1][:, :, :, _STRIP])
-    top, bottom = _strip(cells[:, :, _STRIP, _LENGTH]), _strip(cells[:, :, ::-1, _LENGTH][:, :, _STRIP])
+    left, right = (half[:, :, _LENGTH, _STRIP].mean(axis=3) for half in (cells, cells[:, :, :, ::-1]))
+    top, bottom = (half[:, :, _STRIP, _LENGTH].mean(axis=2) for half in (cells, cells[:, :, ::-1]))
     rows, columns = seen.shape
-    across = np.full((rows, columns + 1, 3), np.nan)
-    down = np.full((rows + 1, columns, 3), np.nan)
+    across = np.full((rows, columns + 1, PLACES, 3), np.nan)
+    down = np.full((rows + 1, columns, PLACES, 3), np.nan)
     across[:, 1:-1] = left[:, 1:] - right[:, :-1]
     down[1:-1] = top[1:] - bottom[:-1]
     light = np.where(np.add.outer(np.arange(rows) + low[1], np.arange(columns) + low[0]) % 2 == 0, -1.0, 1.0)
-    across[:, 1:-1] *= light[:, 1:, None]
-    down[1:-1] *= light[1:, :, None]
+    across[:, 1:-1] *= light[:, 1:, None, None]
+    down[1:-1] *= light[1:, :, None, None]
     certain = _certain(across, down, indices - low)
     if len(certain) < _FEWEST:
         return None
@@ -74,8 +76,7 @@ def measure_contrasts(
     strength = float(np.median(certain @ axis))
     if not strength > 0:
         return None
-    medians = _strip(cells[:, :, 2:-2, 2:-2])
-    return Contrasts(low, across @ axis / strength, down @ axis / strength, seen, medians, strength)
+    return Contrasts(low, across @ axis / strength, down @ axis / strength, seen, strength)
 
 
 def _sampled(
@@ -105,12 +106,6 @@ def _sign_at(homography: Array, low: Indices, size: tuple[int, int]) -> float:
     return float(np.sign(homography[2, :2] @ middle + homography[2, 2]))
 
 
-def _strip(samples: Array) -> Array:
-    """(rows, columns, 3) medians; NaN as soon as one sample is off the picture."""
-    out: Array = np.median(samples, axis=(2, 3))
-    return out
-
-
 def _certain(across: Array, down: Array, places: Indices) -> Array:
     """(n, 3) differences over the edges whose two ends are corners that were seen."""
     rows, columns = across.shape[0], down.shape[1]
@@ -120,8 +115,9 @@ def _certain(across: Array, down: Array, places: Indices) -> Array:
     upright = corner[:rows, : columns + 1] & corner[1 : rows + 1, : columns + 1]
     level = corner[: rows + 1, :columns] & corner[: rows + 1, 1 : columns + 1]
     both = np.concatenate([across[upright], down[level]])
-    known: Array = both[np.isfinite(both).all(axis=1)]
-    return known
+    known = both[np.isfinite(both).all(axis=(1, 2))]
+    out: Array = np.median(known, axis=1)
+    return out
 
 
 def _axis(differences: Array) -> Array:

@@ -16,7 +16,7 @@ from kempelen.sensing.board.follow import follow_board
 from kempelen.sensing.board.lattice import inverse
 from kempelen.sensing.board.orientation import Side, board_from_window, turned_by_position, turned_to
 from kempelen.sensing.board.placement import ROWS
-from kempelen.sensing.board.plane import depth_points, find_plane, image_from_plane, meet
+from kempelen.sensing.board.plane import depth_points, find_plane, find_table, image_from_plane, meet
 from kempelen.sensing.board.pose import camera_from_board
 from kempelen.sensing.board.search import Candidate, search
 from kempelen.sensing.depth.plane import Plane
@@ -242,7 +242,7 @@ def _table(frame: Frame) -> Plane | None:
     if frame.depth is None:
         return None
     try:
-        return find_plane(depth_points(frame))
+        return find_table(depth_points(frame))
     except BoardNotFoundError:
         return None
 

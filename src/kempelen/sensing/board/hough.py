@@ -1,10 +1,10 @@
 """The thesis's way to the board, kept as a baseline: lines, their crossings, a grid fitted to those.
 
-Grey, then binary (Otsu), then Canny's edges; Hough's lines in two directions, near doubles dropped; the
-crossings on the table's plane; for each crossing, pairs of its neighbours at right angles and of equal length
-span a square, the square is put in each of the 64 cells of a board, and the board whose 81 points lie nearest
-to crossings wins. A least-squares fit to the crossings near its points ends it. Without a plane the picture
-is taken for one, as if seen square on.
+Grey, then binary (against the mean around), then Canny's edges; Hough's lines in two directions, near doubles
+dropped; the crossings on the table's plane; for each crossing, pairs of its neighbours at right angles and of
+equal length span a square, the square is put in each of the 64 cells of a board, and the board whose 81
+points lie nearest to crossings wins. A least-squares fit to the crossings near its points ends it. Without a
+plane the picture is taken for one, as if seen square on.
 """
 
 import cv2
@@ -23,6 +23,8 @@ from kempelen.sensing.sighting import BoardSighting
 
 _LONGEST = 1000  # px
 _BLUR = 5  # px, before the threshold
+_BLOCK = 0.12  # of the longest side: about what the threshold's mean is taken, a few squares
+_BELOW = 3.0  # grey levels under the mean: even surfaces stay white
 _CANNY = (50, 150)
 _VOTES = 0.11  # of the longest side: pixels of edge that make a line; two or three squares
 _STEP = np.radians(1.0)
@@ -73,7 +75,8 @@ def find_by_lines(picture: Picture, image_from_flat: Array | None = None) -> Boa
 def _lines(view: View) -> Array:
     """(n, 2) rho and theta, the strongest first."""
     blurred = cv2.GaussianBlur(view.grey, (_BLUR, _BLUR), 0)
-    _, binary = cv2.threshold(blurred, 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    block = round(_BLOCK * max(view.grey.shape)) | 1
+    binary = cv2.adaptiveThreshold(blurred, 255, cv2.ADAPTIVE_THRESH_MEAN_C, cv2.THRESH_BINARY, block, _BELOW)
     edges = cv2.Canny(binary, *_CANNY)
     found = cv2.HoughLines(edges, 1.0, float(_STEP), round(_VOTES * max(view.grey.shape)))
     if found is None:

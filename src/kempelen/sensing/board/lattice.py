@@ -21,12 +21,15 @@ _PARALLEL = np.radians(20.0)  # ... and its own edges point the same way, perspe
 _CATCH = 0.25  # squares from its place at which a corner still joins a growing lattice
 _KEEP = 0.15  # and stays in it after the fit
 _REACH = 2  # rows beyond those found that the next may be in: one may be hidden behind pieces
+_STALLED = 2  # rounds without a new corner: the fit may still have settled in the first
 _ROUNDS = 16  # of growing; a board is covered in five
-_SEEDS = 12  # tried before giving up
+_SEEDS = 12  # tried in one picture
+_TRUSTED = 0.5  # share of a board's inner points from which a lattice is no chance
 _ENOUGH = 9  # corners that make a lattice worth a look
 _HOMOGRAPHY = 4
 TINY = 1e-12
 """Less is taken for zero, so that nothing is divided by it."""
+_INNER = 7  # lattice points a side, inside a board
 _WIDEST = 24  # rows: a growing lattice is stopped there (a tiled floor)
 
 
@@ -50,6 +53,11 @@ class Lattice:
     def __len__(self) -> int:
         return len(self.members)
 
+    @property
+    def filled(self) -> float:
+        """Share of the inner points of a board that were seen."""
+        return len(self.core(_INNER)) / _INNER**2
+
     def core(self, span: int) -> "Lattice":
         """The part of it in the fullest window of ``span`` rows and columns: without chance clutter."""
         low = self.indices.min(axis=0)
@@ -70,22 +78,34 @@ def grow_lattices(corners: Corners, most: int = 3) -> list[Lattice]:
     degree = (links >= 0).sum(axis=1)
     free = np.ones(len(corners), dtype=bool)
     found: list[Lattice] = []
-    order = np.argsort(-degree * 1e6 - corners.response, kind="stable")
     tried = 0
-    for seed in order:
-        if tried >= _SEEDS or len(found) >= most or degree[seed] < 2:  # noqa: PLR2004 - one along each edge
+    for seed in np.lexsort((-corners.response, -degree)):
+        if tried >= _SEEDS or degree[seed] < 2:  # noqa: PLR2004 - one along each edge
             break
         if not free[seed]:
             continue
         lattice = _grow(corners, int(seed), links[seed], free)
-        if lattice is None:
-            free[seed] = False
-            continue
         tried += 1
-        free[lattice.members] = False
-        if len(lattice) >= _ENOUGH:
-            found.append(lattice)
-    return sorted(found, key=len, reverse=True)
+        if lattice is None or len(lattice) < _ENOUGH:
+            continue
+        found.append(lattice)
+        if lattice.filled > _TRUSTED:
+            free[lattice.core(_INNER).members] = False  # what fits beyond may be another board
+    return _apart_from_each_other(sorted(found, key=_weight, reverse=True))[:most]
+
+
+def _weight(lattice: Lattice) -> int:
+    """Corners in as many rows and columns as a board has."""
+    return len(lattice.core(_INNER))
+
+
+def _apart_from_each_other(lattices: list[Lattice]) -> list[Lattice]:
+    """Without those that share corners with a larger one."""
+    kept: list[Lattice] = []
+    for lattice in lattices:
+        if all(not np.isin(lattice.core(_INNER).members, other.core(_INNER).members).any() for other in kept):
+            kept.append(lattice)
+    return kept
 
 
 def fit_homography(lattice: Array, pixels: Array, weights: Array | None = None) -> Array | None:
@@ -179,7 +199,7 @@ def _grow(corners: Corners, seed: int, links: Indices, free: npt.NDArray[np.bool
     if len(set(members.tolist())) < len(members):
         return None
     homography = _first_fit(indices, corners.points[members])
-    size = 2
+    size = stalled = 0
     for _ in range(_ROUNDS):
         if homography is None:
             return None
@@ -187,9 +207,10 @@ def _grow(corners: Corners, seed: int, links: Indices, free: npt.NDArray[np.bool
         if len(members) < 3:  # noqa: PLR2004 - nothing left to fit
             return None
         homography = _first_fit(indices, corners.points[members])
-        if len(members) <= size:
+        stalled = stalled + 1 if len(members) <= size else 0
+        if stalled == _STALLED:
             break
-        size = len(members)
+        size = max(size, len(members))
         if np.ptp(indices, axis=0).max() > _WIDEST:
             break
     return None if homography is None else _finished(corners, homography, indices, members)
@@ -256,7 +277,7 @@ def axes_fit(
     for axis in (0, 1):
         # derivative of the projected point along a lattice line
         column = homography[:, axis]
-        rate = (column[:2] - here * column[2]) / depth[:, None]
+        rate = (column[:2] - here * column[2]) * np.sign(depth)[:, None]  # its direction is what counts
         headings.append(np.arctan2(rate[:, 1], rate[:, 0]))
     turned = (places.sum(axis=1) % 2 == 1) ^ mirrored
     first = np.where(turned, headings[1], headings[0])

@@ -19,11 +19,15 @@ from kempelen.sensing.board.placement import ROWS, Placement, block_around, plac
 
 _SIZES = (1000, 500, 1600)  # px, longest side: the second for blurred pictures, the third for small boards
 _MIDDLES = np.stack(np.meshgrid(np.arange(ROWS) + 0.5, np.arange(ROWS) + 0.5), axis=-1).reshape(-1, 2)
-_SURE = 0.99  # probability of the window from which it is taken for the board
+_SURE = 0.995  # confidence from which a window is taken for the board
+_BLANK = 20.0  # times rarer is a board with a whole row hidden than one in full view
 _PER_SQUARE = (
     0.55  # evidence for each square in view, at the least; a board full of men shows 1.2, clutter 0.3
 )
 _CORE = 10  # corners in seven rows and columns that make a lattice worth a look
+# Of the way from the board's middle to that of a square at its border: from there on a quarter of the
+# square is in view, enough to find the board by, if not to read the square.
+_INWARD = 6.5 / 7
 _HIDDEN = 3  # squares out of view that a board may have: one corner of it, never a row
 _SAME = 0.5  # of the squares of one window within another: the same board found twice
 
@@ -47,7 +51,7 @@ class Candidate:
     @property
     def sure(self) -> bool:
         """Whether this is a board, and this window it."""
-        return self.placement.probability > _SURE and self.convincing
+        return self.confidence > _SURE
 
     @property
     def convincing(self) -> bool:
@@ -56,8 +60,10 @@ class Candidate:
 
     @property
     def confidence(self) -> float:
-        """0 to 1."""
-        return self.placement.probability if self.convincing else 0.0
+        """0 to 1: the window's probability, less where one of its rows shows nothing of a pattern."""
+        blank = min(self.placement.rows.min(), self.placement.columns.min()) <= 0
+        doubt = (1.0 - self.placement.probability) * (_BLANK if blank else 1.0)
+        return max(0.0, 1.0 - doubt) if self.convincing else 0.0
 
 
 def search(picture: Picture) -> Candidate:
@@ -108,7 +114,7 @@ def _candidate(picture: Picture, view: View, corners: Corners, lattice: Lattice)
     contrasts = measure_contrasts(picture, homography, core.indices, low, size)
     if contrasts is None:
         return None
-    placement = place_board(contrasts, core.indices)
+    placement = place_board(contrasts, lattice.indices)
     places = lattice.indices - placement.origin
     inner = ((places >= 1) & (places <= ROWS - 1)).all(axis=1)
     pixels, _ = apply(view.original_from_view, corners.points[lattice.members[inner]])
@@ -141,7 +147,9 @@ def _whole(candidate: Candidate, picture: Picture) -> Candidate:
     """
     height, width = picture.shape[:2]
     placement, homography = candidate.placement, candidate.fit.pixels_from_window
-    if int((~placement.seen).sum()) > _HIDDEN:
+    inward, _ = apply(homography, ROWS / 2 + (_MIDDLES - ROWS / 2) * _INWARD)
+    out_of_view = ((inward < 0) | (inward > (width - 1, height - 1))).any(axis=1)
+    if int(out_of_view.sum()) > _HIDDEN:
         middles, _ = apply(homography, _MIDDLES)
         cut = reasons.cut_off(placement, middles, (width, height))
         if cut is not None:
