@@ -17,7 +17,7 @@ from kempelen.sensing.colour.columns import MARGIN, Plane, tiles, without_margin
 FLOOR = 0.02  # of full scale: black plastic reflects 2 to 4 %, lenses scatter about 1 %
 ROUNDS = 8  # of reweighting; it has converged by then
 MAD_TO_SIGMA = 1.4826
-WINDOW = 1.25  # squares: more than twice what the widest foot covers, less than half a hand's shadow
+WINDOW = 1.5  # squares: more than twice what the widest foot covers, less than a hand's shadow
 RANGE = 2.0  # largest change of light by a shadow that is followed; the eighth part is left
 
 _DARKEST = 0.04045  # sRGB is straight up to there (IEC 61966-2-1)

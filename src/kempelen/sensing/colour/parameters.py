@@ -11,14 +11,14 @@ class ColourParameters:
 
     Attributes:
         pixels: Of a cut-out square's side; more than a webcam gives of a square helps nobody.
-        heights: Of the slices of the column over a square that are looked at: the foot, the body of a
-            pawn, its head. Standard sets have pawns of 0.75 to 0.9 squares.
+        heights: Of the slices of the column over a square that are looked at: the foot, the skirt and
+            the waist of a pawn. Standard sets have pawns of 0.75 to 0.9 squares; what is higher hides the
+            square behind more often than it tells of its own.
         radii: Of the disc that is looked at in each slice; a foot is 0.55 to 0.8 squares wide (FIDE: 0.7
             to 0.8 for the king), a body narrower.
         focal: Focal length in terms of the picture's longer side, when nobody knows the intrinsics:
             phones and webcams have fields of view of 60 to 75 degrees.
-        limit: Bound of what one square may say, nats: about one misread square in 3000 is of a sort that
-            no model foresaw.
+        limit: Bound of what one square may say, nats.
         shadows: Copies of the known squares with invented shadows, per square.
         depth: Of the deepest invented shadow: natural logarithm of the light that is left, negated.
         shaded: Share of squares that lie in a shadow of their own.
@@ -26,21 +26,20 @@ class ColourParameters:
         search: Pixels of a cut-out that a square may be out of register: a small error of the corners, or
             a camera that moved.
         weight: Of a square's evidence: its features are not quite independent, and no class quite Gaussian.
-            What made probabilities match frequencies best on 100 pairs of game photos; 0.25 to 0.5 serve
-            as well.
+            0.25 to 0.5 made probabilities match frequencies best on 100 pairs of game photos.
         adaptation: Share by which the memory of a square follows what it looks like now, per reading.
     """
 
     pixels: int = 24
-    heights: tuple[float, ...] = (0.08, 0.4, 0.75)
-    radii: tuple[float, ...] = (0.36, 0.3, 0.25)
+    heights: tuple[float, ...] = (0.05, 0.25, 0.5)
+    radii: tuple[float, ...] = (0.36, 0.33, 0.3)
     focal: float = 0.73
-    limit: float = 8.0
+    limit: float = 12.0
     shadows: int = 4
     depth: float = 1.3
     memory: int = 8
     search: int = 2
-    weight: float = 0.35
+    weight: float = 0.5
     shaded: float = 0.06
     adaptation: float = 0.05
 

@@ -17,7 +17,7 @@ SHRINK = 0.1  # of covariances towards their diagonal
 JITTER = 1e-4  # added to variances: features are logarithms, known to a percent at best
 PRIOR_MEAN = 1.0  # examples that the prior mean is worth
 INFLATED = 4.0  # variance of what no model foresaw, to that of all examples together
-UNFORESEEN = 0.02  # share of squares that look like nothing learned
+UNFORESEEN = 0.1  # share of squares that look like nothing learned: prints and stains come to light
 PRIOR_SPREAD = 6.0  # examples that the prior covariance is worth
 
 
