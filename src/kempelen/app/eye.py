@@ -8,14 +8,16 @@ without a word.
 import asyncio
 import itertools
 import logging
+import os
 import sys
+import tempfile
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import IO, Any, Protocol, Self
 
 import chess
 import numpy as np
@@ -33,6 +35,7 @@ HANG_S = 30.0
 ANSWER_S = 20.0
 _CHECK_S = 0.2
 _RECENT = 32
+_TAIL = 2000
 _FIRST_WAIT_S, _LONGEST_WAIT_S = 0.2, 5.0
 _SETTLED_S = 10.0
 _END_S = 5.0
@@ -62,11 +65,14 @@ class EyeSettings:
         use: ``both``, ``depth`` or ``colour``.
         overrides: Parameters set by hand, by name.
         square: Side of the board's squares, mm; None when nobody knows.
+        side: Of the picture at which White sits: ``bottom``, ``top``, ``left``, ``right``; empty when the
+            position has to tell.
     """
 
     use: str = "both"
     overrides: Mapping[str, float] = field(default_factory=dict)
     square: float | None = None
+    side: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -276,15 +282,33 @@ class Eye:
 
     async def _live(self) -> str:
         """One process from start to end; how it ended."""
+        with tempfile.TemporaryFile() as words:
+            code = await self._run(words)
+            how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+            words.seek(max(0, words.seek(0, os.SEEK_END) - _TAIL))
+            last = words.read().decode(errors="replace").strip().rpartition("\n")[2]
+        return f"{how} ({last})" if last else how
+
+    async def _run(self, words: IO[bytes]) -> int:
+        """One process; its exit code.
+
+        Args:
+            words: What it says to nobody in particular: a terminal may be showing a picture.
+        """
         process = self._process = await asyncio.create_subprocess_exec(
             sys.executable, "-m", "kempelen.app.eye_process",
-            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=words,
             start_new_session=True, limit=LONGEST_LINE,
         )  # fmt: skip
         self._heard, self._told = time.monotonic(), None
         try:
+            settings = self._settings
             self._send(
-                "begin", use=self._settings.use, overrides=self._overrides, square=self._settings.square
+                "begin",
+                use=settings.use,
+                overrides=self._overrides,
+                square=settings.square,
+                side=settings.side,
             )
             self._send("expect", fen=self._expected)
             self._send("mark", mark=self._marks)
@@ -294,8 +318,7 @@ class Eye:
         finally:
             self._process = None
             await _end(process)
-        code = process.returncode or 0
-        return f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
+        return process.returncode or 0
 
     async def _listen(self, stream: asyncio.StreamReader) -> None:
         while (note := await Note.receive(stream)) is not None:

@@ -20,6 +20,7 @@ from kempelen.core.errors import CameraError, KempelenError, SensorError
 from kempelen.core.senses import Observation, Sight
 from kempelen.frames.ring import RingReader
 from kempelen.sensing.board.finder import BoardFinder
+from kempelen.sensing.board.orientation import Side
 from kempelen.sensing.draw import annotate
 from kempelen.sensing.tracker import Tracker, TrackerSettings, Use
 
@@ -111,7 +112,8 @@ class EyeLoop:
         if begin is None:
             return 0
         use, overrides = Use(begin.fields["use"]), dict(begin.fields["overrides"])
-        finder = BoardFinder(square=begin.fields["square"])
+        side = begin.fields["side"]
+        finder = BoardFinder(square=begin.fields["square"], side=Side(side) if side else None)
         self._tracker = Tracker(TrackerSettings(use=use, overrides=overrides), finder=finder)
         try:
             while self._obey():

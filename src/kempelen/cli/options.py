@@ -3,10 +3,21 @@
 Those left out keep what the configuration says; the defaults shown are those of the built-in configuration.
 """
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+
+class Edge(StrEnum):
+    """A side of a picture."""
+
+    BOTTOM = "bottom"
+    TOP = "top"
+    LEFT = "left"
+    RIGHT = "right"
+
 
 _GAME = "The game"
 _ROBOT = "The robot"

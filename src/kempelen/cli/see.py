@@ -1,21 +1,11 @@
 """`kempelen see`: what the camera sees, and what is made of it."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from kempelen.cli.options import CameraOption, ConfigOption, DataDirOption
-
-
-class Edge(StrEnum):
-    """A side of a picture."""
-
-    BOTTOM = "bottom"
-    TOP = "top"
-    LEFT = "left"
-    RIGHT = "right"
+from kempelen.cli.options import CameraOption, ConfigOption, DataDirOption, Edge
 
 
 def see(

@@ -13,10 +13,10 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from kempelen.app.cameras import open_camera
-from kempelen.app.config import TWIN_PORT, Config
+from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings
 from kempelen.app.still import StillRead, load_still, read_still
+from kempelen.app.view import open_view
 from kempelen.cli.halfblocks import terminal_picture
 from kempelen.cli.plain import END_OF_INPUT, typed_lines
 from kempelen.cli.showing import assignment, require_writable, told
@@ -137,22 +137,18 @@ def see_camera(
         ConfigError: there is no camera.
         KempelenError: it cannot be opened.
     """
-    source = config.camera_source
-    if not source:
-        raise ConfigError("No camera is named.", hint="Name one: kempelen see --camera uvc:0")
     if png is not None:
         require_writable(png)
     board = parse_fen(fen) if fen is not None else chess.Board()
     sensor = config.sensor
     settings = EyeSettings(sensor.method, {**sensor.parameters, **overrides})
-    asyncio.run(_look(config, source, settings, board, png, once=once))
+    asyncio.run(_look(config, settings, board, png, once=once))
 
 
 async def _look(
-    config: Config, source: str, settings: EyeSettings, board: chess.Board, png: Path | None, *, once: bool
+    config: Config, settings: EyeSettings, board: chess.Board, png: Path | None, *, once: bool
 ) -> None:
-    own_model = f"{TWIN_PORT}:{config.twin.camera.model}" if source == TWIN_PORT else source
-    async with open_camera(own_model, config, patient=True) as frames, Eye(frames, settings) as eye:
+    async with open_view(config, board, patient=True) as frames, Eye(frames, settings) as eye:
         eye.expect(board)
         await _settled(eye)
         if png is not None:
