@@ -85,7 +85,7 @@ class BoardView:
         plane: The board, in the depth camera's frame.
         square: Side of a square, mm, as depth measures it.
         cells: Along the side of a square, of the grid that heights are collected in.
-        towards: (2,) squares: unit vector along the board towards the camera.
+        foot: (2,) squares: the point of the board's plane under the depth camera.
         elevation: Of the camera as seen from the board's centre, radians.
     """
 
@@ -96,7 +96,7 @@ class BoardView:
     plane: Plane
     square: float
     cells: int
-    towards: Array
+    foot: Array
     elevation: float
 
     @property
@@ -192,7 +192,7 @@ def place_board(cameras: Cameras, sighting: BoardSighting, plane: Plane) -> Boar
         plane=plane,
         square=square,
         cells=_cells(cameras.depth, origin, along),
-        towards=middle / max(float(np.linalg.norm(middle)), 1e-9),
+        foot=to_squares @ -origin,
         elevation=float(np.arctan2(plane.offset, square * np.linalg.norm(middle))),
     )
 

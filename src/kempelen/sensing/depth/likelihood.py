@@ -1,6 +1,6 @@
 """From heights to likelihoods: what an empty square shows, what a piece shows, and what a hole says."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import gammaln
@@ -35,6 +35,7 @@ def depth_parameters() -> Parameters:
         Parameter("depth.empty_floor", 0.7, "mm", 0.1, 10, "least scatter of an empty square"),
         Parameter("depth.piece_height", 28.0, "mm", 8, 120, "middle height that pieces show"),
         Parameter("depth.piece_spread", 0.5, "", 0.1, 1.5, "scatter of its logarithm"),
+        Parameter("depth.ghost", 0.3, "", 0, 1, "share of empty squares behind a piece that seem occupied"),
         Parameter("depth.vanish", 0.02, "", 1e-4, 0.9, "share of pieces that show no height, only a hole"),
         Parameter("depth.empty_holes", 0.03, "", 1e-3, 0.9, "share of empty squares that show a hole"),
         Parameter("depth.shift_x", 0.0, "squares", -0.3, 0.3, "how far pieces appear towards the h file"),
@@ -50,17 +51,32 @@ class Evidence:
         peaks: Of the squares.
         noise: (64,) mm about each square.
         missing: (64,) share of pixels without measurement in the middle of each square.
+        shadowed: (64,) share of what stands out that lies where the camera cannot see: behind a piece.
     """
 
     peaks: Peaks
     noise: Array
     missing: Array
+    shadowed: Array
 
 
-def occupied_over_empty(evidence: Evidence, parameters: Parameters) -> tuple[Array, Array]:
-    """(64,) log p(seen | empty) and (64,) log p(seen | a piece), up to a constant of each square."""
+def occupied_over_empty(
+    evidence: Evidence, parameters: Parameters, *, ghosts: bool = True
+) -> tuple[Array, Array]:
+    """(64,) log p(seen | empty) and (64,) log p(seen | a piece), up to a constant of each square.
+
+    Args:
+        evidence: Of a frame.
+        parameters: Of the densities.
+        ghosts: Whether what is seen behind a piece may be a bridge to it; for learning what pieces look like
+            that does not matter.
+    """
     null = empty_density(evidence, parameters)
     piece = piece_density(evidence.peaks.scores, parameters)
+    if not ghosts:
+        evidence = replace(evidence, shadowed=np.zeros(len(null)))
+    ghost = np.clip(parameters["depth.ghost"] * evidence.shadowed, _STRAY, 1 - _STRAY)
+    null = np.logaddexp(np.log1p(-ghost) + null, np.log(ghost) + piece)
     blind = np.isnan(evidence.peaks.scores)
     null[blind] = piece[blind] = 0.0
     holes, vanish = parameters["depth.empty_holes"], parameters["depth.vanish"]
@@ -132,13 +148,13 @@ def estimate(evidence: Evidence, parameters: Parameters, position: Mask | None) 
 
 def surely_empty(evidence: Evidence, parameters: Parameters) -> Mask:
     """(64,) squares that are at least e^2 times likelier empty than not."""
-    empty, piece = occupied_over_empty(evidence, parameters)
+    empty, piece = occupied_over_empty(evidence, parameters, ghosts=False)
     out: Mask = empty - piece > _CLEAR
     return out
 
 
 def _surely_occupied(evidence: Evidence, parameters: Parameters) -> Mask:
-    empty, piece = occupied_over_empty(evidence, parameters)
+    empty, piece = occupied_over_empty(evidence, parameters, ghosts=False)
     out: Mask = piece - empty > _CLEAR
     return out
 
@@ -159,7 +175,7 @@ def _estimate_noise(evidence: Evidence, parameters: Parameters, empty: Mask) -> 
 def _estimate_pieces(evidence: Evidence, parameters: Parameters, position: Mask | None) -> None:
     scores = evidence.peaks.scores
     if position is None:
-        empty, piece = occupied_over_empty(evidence, parameters)
+        empty, piece = occupied_over_empty(evidence, parameters, ghosts=False)
         sure = 1 / (1 + np.exp(np.clip(empty - piece, -50, 50)))
         weights = np.where(sure > _SURE, sure, 0.0)
     else:

@@ -27,11 +27,13 @@ from kempelen.sensing.depth.likelihood import (
     surely_empty,
 )
 from kempelen.sensing.depth.reference import EmptyReference
+from kempelen.sensing.depth.shadow import shadow_heights
 from kempelen.sensing.parameters import Parameters
 from kempelen.sensing.sighting import BoardSighting
 
 _MOVED = 0.03  # squares: registration found this far off, the squares are looked for anew
 _DARK = np.array([(square // 8 + square % 8) % 2 == 0 for square in range(64)])
+_GRAZING = 3.0  # of the noise: so near to the line of sight over a piece, a point may be of its edge
 _CORE = 0.25  # squares from the centre: where holes are counted
 
 
@@ -174,7 +176,9 @@ class DepthReader:
         peaks = find_peaks(contrast, view.cells, self.parameters["depth.slope"], self._shift)
         noise = by_square(reference.local_noise(raised, view.cells), view.cells)
         middle = noise[:, view.cells // 2, view.cells // 2].astype(np.float64)
-        evidence = Evidence(peaks, middle, missing_share(seen))
+        hidden = shadow_heights(seen.heights, view)[board, board]
+        behind = (hidden > 0) & (raised < hidden + _GRAZING * reference.noise)
+        evidence = Evidence(peaks, middle, missing_share(seen), shadowed_share(raised, behind, peaks.scores))
         return DepthLook(seen, raised, contrast, evidence, reference.noise)
 
     def learn_from(self, look: DepthLook, position: npt.ArrayLike | None = None) -> None:
@@ -236,6 +240,22 @@ def missing_share(seen: HeightMap) -> Array:
     missing = by_square(seen.missing[board, board], seen.view.cells)[:, core].sum(axis=1)
     expected = by_square(seen.view.expected[board, board], seen.view.cells)[:, core].sum(axis=1)
     out: Array = (missing / np.maximum(expected, 1.0)).astype(np.float64)
+    return out
+
+
+def shadowed_share(raised: Pixels, behind: Mask, scores: Array) -> Array:
+    """(64,) how much of what stands out in each square lies where the camera cannot see.
+
+    Args:
+        raised: (8 cells, 8 cells) mm over the empty board.
+        behind: (8 cells, 8 cells) whether that is under the line of sight over something else.
+        scores: (64,) mm.
+    """
+    cells = raised.shape[0] // 8
+    half = 0.5 * np.nan_to_num(scores, nan=np.inf)[:, None, None]
+    excess = np.maximum(by_square(np.nan_to_num(raised, nan=0.0), cells) - half, 0)
+    hidden = (excess * by_square(behind.astype(np.float32), cells)).sum(axis=(1, 2))
+    out: Array = (hidden / np.maximum(excess.sum(axis=(1, 2)), 1e-6)).astype(np.float64)
     return out
 
 

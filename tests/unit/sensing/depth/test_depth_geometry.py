@@ -7,6 +7,7 @@ from kempelen.core.errors import BoardNotFoundError, CalibrationError
 from kempelen.core.geometry import Transform
 from kempelen.sensing.depth.geometry import MARGIN, depth_of, view_board
 from kempelen.sensing.depth.heights import board_cells, by_square, map_heights, supported
+from kempelen.sensing.depth.shadow import shadow_heights
 from kempelen.testing.depth_scene import BASELINE, SQUARE, DepthScene, men
 
 
@@ -86,3 +87,18 @@ def test_not_a_number_is_nothing_measured() -> None:
     seen = map_heights(view, depth)
     assert seen.missing.sum() > 0
     assert np.nanmax(np.abs(seen.heights[board_cells(view.cells), board_cells(view.cells)])) < 10
+
+
+@pytest.mark.parametrize("tilt", [20.0, 45.0])
+def test_a_shadow_reaches_as_far_as_the_line_of_sight(tilt: float) -> None:
+    scene = DepthScene(tilt=tilt, posts=men({27: 90.0}))  # d4; the camera is on White's side
+    frame = scene.frame(noise=0.5)
+    view = view_board(frame, scene.sighting)
+    hidden = shadow_heights(map_heights(view, depth_of(frame)).heights, view)
+    x = round((3.5 + MARGIN) * view.cells)
+    behind, before = (round((y + MARGIN) * view.cells) for y in (4.2, 2.8))
+    depth_camera = (scene.camera_from_board.inverse() @ BASELINE).translation
+    distance = 0.7 * SQUARE - 14  # from its far edge
+    slope = (depth_camera[2] - 90) / np.hypot(*(depth_camera[:2] - [3.5 * SQUARE, 3.5 * SQUARE]))
+    assert hidden[behind, x] == pytest.approx(max(90 - distance * slope, 0), abs=18)
+    assert hidden[before, x] == 0

@@ -32,7 +32,8 @@ def test_every_square_of_a_game_is_read(tilt: float, dark_step: float) -> None:
     reading = reader.read(scene.frame(noise=1.5, seed=9, dark_step=dark_step, offset=9.0))
     occupied = np.isin(np.arange(64), list(heights))
     assert ((over(reading) > 0) == occupied).all()
-    assert over(reading)[occupied].min() > 4
+    in_sight = occupied & (np.arange(64) != 12)  # the pawn on e2 stands behind the king
+    assert over(reading)[in_sight].min() > 4
     assert over(reading)[~occupied].max() < -4
     assert (reading.log_likelihood[:, WHITE] == reading.log_likelihood[:, BLACK]).all()
     for square, height in heights.items():
