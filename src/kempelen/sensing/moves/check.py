@@ -19,6 +19,8 @@ from kempelen.sensing.moves.parameters import MoveParameters, Rate, log_odds
 from kempelen.sensing.moves.stance import Stance, StanceParameters, faults
 from kempelen.sensing.moves.verdicts import STATE_WORDS, Difference
 
+WORTH_A_LOOK = 9.0  # a person is told of squares that are wrong with at least one to so many odds
+
 Pieces = chess.BaseBoard | Mapping[chess.Square, chess.Piece]
 
 
@@ -145,7 +147,11 @@ class PositionCheck:
         return Agrees(-float(weighed.max()))
 
     def _odds(self) -> tuple[Array, States]:
-        """(64,) log odds that a square is not as expected, and (64,) what it is, likelier than not."""
+        """(64,) log odds that a square is not as expected, and (64,) what it seems to be.
+
+        A square of a transfer is called wrong when that is likelier than not; another one already when it is
+        worth a look, since nobody can say more about it by looking on.
+        """
         seen, rate = np.exp(self._window.log_likelihood), self._parameters.rates.misread
         told = (1 - rate) * seen + rate / STATES
         turned = self._parameters.rates.turned if self._known else rate
@@ -154,7 +160,8 @@ class PositionCheck:
         others = told * prior[:, None]
         others[np.arange(64), self._states] = 0.0
         odds = np.log(others.sum(axis=1)) - np.log(right)
-        wrong = np.where(odds > 0, others.argmax(axis=1), self._states)
+        least = np.where(self._touched, 0.0, -np.log(WORTH_A_LOOK))
+        wrong = np.where(odds > least, others.argmax(axis=1), self._states)
         return odds, wrong
 
     @property

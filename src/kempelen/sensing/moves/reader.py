@@ -6,6 +6,7 @@ accepts, when nothing else on the board is unexplained, and when the answer has 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import log
 
 import chess
@@ -21,6 +22,7 @@ from kempelen.sensing.moves.parameters import MoveParameters
 from kempelen.sensing.moves.promotion import after, promoted_line
 from kempelen.sensing.moves.questions import ask
 from kempelen.sensing.moves.verdicts import (
+    Difference,
     Hidden,
     Line,
     Moved,
@@ -248,7 +250,7 @@ class MoveReader:
             return Unsure(*ask(self._board, [begun]))
         if belief.suspicious or best.happened in _ORDINARY - _allowed(self.parameters.plies):
             found = differences(self._board, belief.seen)
-            return Wrong(found, advise(self._board, found))
+            return Wrong(found, _words(self._board, found))
         return Unsure(*ask(self._board, self._candidates(best, belief)))
 
     def _begun(self, belief: Belief) -> Hypothesis | None:
@@ -270,13 +272,23 @@ class MoveReader:
         """A clear move, and something else beside it."""
         moved = after(self._board, line)
         found = differences(moved, belief.seen)
-        return Wrong(found, f"After {self._board.san(line[0])}: {advise(moved, found)}")
+        return Wrong(found, f"After {self._board.san(line[0])}: {_words(moved, found)}")
 
     def _candidates(self, best: Hypothesis, belief: Belief) -> list[Hypothesis]:
         floor = belief.log_posterior[belief.best] + log(CANDIDATE_ODDS)
         order = np.argsort(-belief.log_posterior, kind="stable")
         rivals = [self._hypotheses.all[i] for i in order if belief.log_posterior[i] >= floor]
         return [best, *(h for h in rivals if h is not best)]
+
+
+def _words(board: chess.Board, found: tuple[Difference, ...]) -> str:
+    return _advice(board.fen(), board.chess960, found)
+
+
+@lru_cache(maxsize=8)
+def _advice(fen: str, chess960: bool, found: tuple[Difference, ...]) -> str:  # noqa: FBT001 - part of the key
+    """The same words for the same table: looking for the reason takes longer than a frame."""
+    return advise(chess.Board(fen, chess960=chess960), found)
 
 
 def _allowed(plies: int) -> frozenset[Happened]:

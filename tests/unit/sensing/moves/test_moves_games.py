@@ -98,7 +98,7 @@ def test_every_legal_move_is_named_from_clean_observations(board: chess.Board, c
         assert verdict.moves == (move,)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.sampled_from(["", "e4 e5 Nf3", OPERA[:60]]))
 def test_what_is_accepted_is_legal_and_looks_like_the_table(seed: int, changed: int, position: str) -> None:
     """Squares changed at random: whatever is accepted must lead to exactly what stands there."""
