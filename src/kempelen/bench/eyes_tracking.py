@@ -26,6 +26,7 @@ from kempelen.sensing.tracker import Tracker, TrackerSettings, Use, occupancy_of
 
 _EVERY = 7  # plies between two positions of a game
 _LEARN = 8  # frames before the first reading
+_SETTLE = 2  # frames: the first shows a change, with the second the hand has just gone
 _LOOKS = 2  # at each position
 _TIMED = 240
 _DISTINCT = 24  # frames that are shown again and again while the clock runs
@@ -113,13 +114,13 @@ def measure_accuracy(seed: int, progress: Progress) -> Section:
 
 
 def _read(stage: Stage, trackers: dict[Use, Tracker], board: chess.Board, tallies: dict[str, _Tally]) -> None:
-    """Show a frame for the gates to settle, then count two."""
+    """Show frames for the gates to settle, then count two."""
     wanted = occupancy_of(board)
-    for look in range(1 + _LOOKS):
+    for look in range(_SETTLE + _LOOKS):
         frame = stage.shoot()
         for use, tracker in trackers.items():
             seen = tracker.update(frame)
-            if look == 0:
+            if look < _SETTLE:
                 continue
             tally = tallies[use.value]
             if seen.valid:
@@ -158,6 +159,7 @@ def measure_speed(seed: int, progress: Progress) -> Section:
             prefix = "track" if use is Use.BOTH else f"{use.value}_track"
             figures[f"{prefix}_fps"] = round(1000 / float(np.mean(whole)), 1)
             figures[f"{prefix}_cpu_ms"] = round(float(np.mean(cpu)), 2)
+            figures[f"{prefix}_cpu_ms_p95"] = round(float(np.percentile(cpu, 95)), 2)
             figures[f"{prefix}_ms_p95"] = round(float(np.percentile(whole, 95)), 2)
             rows += [_stage_row(use, name, times) for name, times in {**stages, "whole": whole}.items()]
     return Section(figures, rows)
@@ -166,7 +168,7 @@ def measure_speed(seed: int, progress: Progress) -> Section:
 def _timed(
     frames: Sequence[Frame], board: chess.Board, use: Use
 ) -> tuple[list[float], list[float], dict[str, list[float]]]:
-    """Times of each frame, ms, by the clock and of the processor, and of each of its stages, after learning."""
+    """Of each frame, ms: by the clock, of the processor, and of each of its stages; after learning."""
     tracker = Tracker(TrackerSettings(use=use))
     tracker.expect(board)
     whole: list[float] = []
