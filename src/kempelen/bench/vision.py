@@ -12,8 +12,15 @@ from kempelen.bench.result import BenchResult, Progress
 from kempelen.bench.section import Section
 from kempelen.bench.vision_board import measure_finding
 from kempelen.bench.vision_depth import measure_depth
+from kempelen.bench.vision_kinds import measure_kinds
+from kempelen.bench.vision_moves import measure_moves
 
-PARTS: tuple[Callable[[Path, int, Progress], Section], ...] = (measure_finding, measure_depth)
+PARTS: tuple[Callable[[Path, int, Progress], Section], ...] = (
+    measure_finding,
+    measure_depth,
+    measure_moves,
+    measure_kinds,
+)
 """Called with the folder, the seed and the progress of the part, 0 to 1."""
 
 

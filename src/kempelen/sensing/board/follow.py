@@ -15,12 +15,13 @@ from kempelen.sensing.board.corners import Corners, View, find_corners
 from kempelen.sensing.board.fit import fit_board
 from kempelen.sensing.board.lattice import apply, axes_fit, grow_lattices, inverse
 from kempelen.sensing.board.placement import ROWS
-from kempelen.sensing.sighting import BoardSighting
+from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting, moved
 
-_SIDE = 400  # px of the board's longer side: 50 a square, and a millisecond to search
+_SIDE = 320  # px of the board's longer side: 35 a square, and a millisecond to search
 _MARGIN = 0.6  # squares around the board that are searched with it
 _STILL = 0.02  # squares, median: what noise and rounding make of a board that rests
 _NEAR = 0.3  # squares from its place at which a corner may still be the same one
+_DRIFT = 0.15  # squares that a board is followed by; after a harder push it is searched for anew
 _ENOUGH = 10  # corners that show the board to be where it was
 _REFIT = 16  # and that measure it anew
 _ELSEWHERE = 12  # corners in rows of their own that show it to be somewhere else
@@ -36,7 +37,7 @@ def follow_board(picture: Picture, last: BoardSighting) -> BoardSighting | None:
 
     Returns:
         The very sighting with a new confidence (the share of its corners in sight, so that a hand over the
-        board shows as a low one); a corrected one when the board has moved by less than a third of a square;
+        board shows as a low one); a corrected one when the board has drifted by under a sixth of a square;
         None when it is elsewhere.
     """
     part, shift = _cut_out(picture, last)
@@ -46,12 +47,12 @@ def follow_board(picture: Picture, last: BoardSighting) -> BoardSighting | None:
     view_from_board = inverse(image_from_view) @ last.image_from_board
     places, members, off = _matched(corners, view_from_board)
     inner = ((places >= 1) & (places <= ROWS - 1)).all(axis=1)
-    if int((~inner).sum()) >= _ON_THE_RIM and (~inner).sum() > inner.sum() / ROWS:
+    if int((~inner).sum()) >= _ON_THE_RIM:
         return None
     inner_off = off[inner]
     if inner.sum() >= _ENOUGH and _rests(inner_off):
         return replace(last, confidence=_confidence(int(inner.sum())))
-    if inner.sum() >= _REFIT:
+    if inner.sum() >= _REFIT and np.abs(np.median(inner_off, axis=0)).max() < _DRIFT:
         pixels, _ = apply(image_from_view, corners.points[members[inner]])
         return _refitted(last, places[inner].astype(np.float64), pixels)
     elsewhere = grow_lattices(corners, most=1)
@@ -100,6 +101,9 @@ def _matched(
 def _refitted(last: BoardSighting, places: Array, pixels: Array) -> BoardSighting | None:
     fitted = fit_board(places, pixels)
     if fitted is None:
+        return None
+    ends = moved(inverse(last.image_from_board) @ fitted.pixels_from_window, OUTER_CORNERS)
+    if np.abs(ends - OUTER_CORNERS).max() > _NEAR:  # corners that agree by chance
         return None
     return replace(
         last,

@@ -31,6 +31,7 @@ _STEP = np.radians(1.0)
 _SAME_ANGLE = np.radians(25.0)  # within which lines belong to one of the two directions
 _CLOSE = 0.008  # of the longest side: lines nearer than that are one
 _MOST_LINES = 40  # a direction
+_MOST_FOUND = 400  # the strongest; a board and a cluttered table have a hundred
 _NEIGHBOURS = 6
 _UNEQUAL = 0.15  # e1: by which the two sides of a square may differ in length
 _SKEW = np.radians(8.0)  # e2: from a right angle
@@ -38,6 +39,7 @@ _MOST_MODELS = 500
 _FAR = 0.5  # squares, at which the distance of a point stops to count
 _GOOD = 0.16  # squares: mean distance of a model's points from crossings; half of _FAR is chance
 _NEAR = 0.25
+_ALTERNATION = 1.5  # deviations between light and dark squares; chance shows 0.5
 _GRID = np.stack(np.meshgrid(np.arange(ROWS + 1.0), np.arange(ROWS + 1.0)), axis=-1).reshape(-1, 2)
 
 
@@ -64,6 +66,8 @@ def find_by_lines(picture: Picture, image_from_flat: Array | None = None) -> Boa
         if np.linalg.det(window) * window[2, 2] > 0
         else window @ np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, 1]])
     )
+    if abs(_contrast(picture, window)) < _ALTERNATION:
+        raise _no_grid("a grid whose squares do not alternate")
     return BoardSighting(
         image_from_board=board_from_window(window, dark_corner=dark_corner(picture, window)),
         residual=residual,
@@ -81,7 +85,7 @@ def _lines(view: View) -> Array:
     found = cv2.HoughLines(edges, 1.0, float(_STEP), round(_VOTES * max(view.grey.shape)))
     if found is None:
         raise _no_grid("no straight edges")
-    return np.asarray(found, dtype=np.float64).reshape(-1, found.shape[-1])[:, :2]
+    return np.asarray(found, dtype=np.float64).reshape(-1, found.shape[-1])[:_MOST_FOUND, :2]
 
 
 def _two_directions(lines: Array) -> tuple[Array, Array]:
@@ -213,15 +217,23 @@ def _refined(model: Array, points: Array) -> tuple[Array, float]:
 
 def dark_corner(picture: Picture, window: Array) -> bool:
     """Whether the squares of the origin's colour are the darker ones."""
-    pixels, _ = apply(window, _GRID[(_GRID < ROWS).all(axis=1)] + 0.5)
+    return _contrast(picture, window) > 0
+
+
+def _contrast(picture: Picture, window: Array) -> float:
+    """Deviations by which squares of the other colour are lighter than those of the origin's."""
+    cells = _GRID[(_GRID < ROWS).all(axis=1)]
+    pixels, _ = apply(window, cells + 0.5)
     size = np.array([picture.shape[1], picture.shape[0]])
     inside = ((pixels >= 0) & (pixels < size - 1)).all(axis=1)
-    even = (_GRID[(_GRID < ROWS).all(axis=1)].sum(axis=1) % 2 == 0)[inside]
+    even = (cells.sum(axis=1) % 2 == 0)[inside]
+    if even.all() or not even.any():
+        return 0.0
     spots = pixels[inside].round().astype(int)
     values = picture[spots[:, 1], spots[:, 0]].astype(np.float64).sum(axis=1)
-    if even.all() or not even.any():
-        return True
-    return bool(np.median(values[even]) < np.median(values[~even]))
+    dark, light = float(np.median(values[even])), float(np.median(values[~even]))
+    scatter = np.median(np.abs(values - np.where(even, dark, light)))
+    return (light - dark) / max(1.4826 * float(scatter), 1.0)
 
 
 def _no_grid(seen: str) -> BoardNotFoundError:

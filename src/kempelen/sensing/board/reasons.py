@@ -14,7 +14,7 @@ _FLAT = (
     6.0  # grey levels between the 2nd and the 98th percentile of the blurred picture: one surface fills it
 )
 _UNRELATED = 0.25  # correlation of neighbouring pixels: lenses blur, noise does not
-_LEAST_SQUARE = 9.0  # px of the searched picture: smaller squares have no corner that can be told from noise
+_LEAST_SQUARE = 6.0  # px: whatever stands on smaller squares cannot be seen
 _BLUR = 15  # px
 _EVERY = 8  # rows: neighbours along every eighth say enough
 
@@ -133,12 +133,10 @@ def cut_off(placement: Placement, points: Array, size: tuple[int, int]) -> Board
 
 def uncertain(placement: Placement) -> BoardNotFoundError:
     """A pattern is there, but which part of it is the board cannot be told."""
-    rows = int((placement.rows > 0).sum())
-    columns = int((placement.columns > 0).sum())
-    if min(rows, columns) < ROWS:
-        fewest, what = min((rows, "rows"), (columns, "columns"))
+    fewest = int(min((placement.rows > 0).sum(), (placement.columns > 0).sum()))
+    if fewest < ROWS:
         return BoardNotFoundError(
-            f"Only {fewest} {what} of squares are visible, a board has {ROWS}.",
+            f"Only {fewest} rows of squares are visible, a board has {ROWS}.",
             hint="Move the camera back or higher until the whole board is in view and uncovered.",
         )
     return BoardNotFoundError(
