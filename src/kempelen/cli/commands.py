@@ -11,7 +11,8 @@ from kempelen.app.live_game import LiveGame
 from kempelen.app.people import YES, Answers
 from kempelen.cli.narrate import colour_name
 from kempelen.cli.plain import END_OF_INPUT
-from kempelen.cli.showing import assignment, require_writable, told
+from kempelen.cli.showing import require_writable
+from kempelen.cli.telling import assignment, told
 from kempelen.core.errors import GameError, KempelenError, OperatorNeededError
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import read_game

@@ -19,7 +19,8 @@ from kempelen.app.still import StillRead, load_still, read_still
 from kempelen.app.view import open_view
 from kempelen.cli.halfblocks import terminal_picture
 from kempelen.cli.plain import END_OF_INPUT, typed_lines
-from kempelen.cli.showing import assignment, require_writable, told
+from kempelen.cli.showing import require_writable
+from kempelen.cli.telling import assignment, told
 from kempelen.core.camera import Picture
 from kempelen.core.errors import ConfigError, KempelenError
 from kempelen.core.senses import Sight

@@ -29,6 +29,7 @@ def _nobodys_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.delenv(config_module.DATA_DIR_VARIABLE, raising=False)
+    monkeypatch.delenv(config_module.SENSOR_VARIABLE, raising=False)
 
 
 @pytest.fixture
@@ -175,7 +176,7 @@ def test_a_piece_may_differ_from_the_preset(file: Path) -> None:
             "[bord]\nx = 1\n",
             (
                 "FILE:1: unknown key 'bord'. Known here: robot, table, pieces, gripper, engine, planner, "
-                "twin, play, data."
+                "twin, play, camera, sensor, data."
             ),
         ),
         ("[table]\n\nsquare = 5\n", "FILE:3: 'table.square' is 5: allowed: a number from 15 to 120."),
@@ -295,3 +296,32 @@ def test_lines_of_keys() -> None:
         "e.g": 9,
         "e.g.h": 10,
     }
+
+
+@pytest.mark.parametrize(
+    ("settings", "eyes", "hands"),
+    [
+        ({}, True, "person"),
+        ({"sensor.kind": "none"}, False, "robot"),
+        ({"robot.port": "/dev/ttyUSB0"}, False, "robot"),
+        ({"robot.port": "/dev/ttyUSB0", "camera.source": "uvc:0"}, True, "person"),
+        ({"robot.port": "/dev/ttyUSB0", "camera.source": "uvc:0", "sensor.kind": "none"}, False, "robot"),
+        ({"play.hands": "robot"}, True, "robot"),
+        ({"sensor.kind": "none", "play.hands": "person"}, False, "person"),
+    ],
+)
+def test_who_looks_and_who_carries(settings: dict[str, object], eyes: bool, hands: str) -> None:
+    config = load_config(None, settings)
+    assert (config.has_eyes, config.hands) == (eyes, hands)
+
+
+def test_a_hand_that_is_looked_past_parks_farther_out() -> None:
+    seen, unseen = (load_config(None, {"sensor.kind": kind}).build_table() for kind in ("camera", "none"))
+    assert unseen.park_xs == (150.0, 550.0)
+    assert seen.park_xs == (90.0, 610.0)
+
+
+def test_the_environment_can_do_without_a_sensor(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(config_module.SENSOR_VARIABLE, "none")
+    assert not load_config().has_eyes
+    assert load_config(None, {"sensor.kind": "camera"}).has_eyes
