@@ -3,7 +3,8 @@
 All likelihoods are learned from the pictures themselves. What a *changed* square looks like is taken from the
 known position: squares of one shade that hold different things differ as a square does that changed from one
 into the other. What an *unchanged* square looks like is taken from the two pictures that are compared: few
-squares change in a move, all others show what the camera's movement, its noise and the light do.
+squares change in a move, all others show what the camera's movement, its noise and the light do. A share of
+the changed squares come to lie in an invented shadow.
 """
 
 import numpy as np
@@ -11,13 +12,14 @@ import numpy.typing as npt
 
 from kempelen.core.geometry import Array
 from kempelen.sensing.colour.columns import Columns
-from kempelen.sensing.colour.looks import changes
+from kempelen.sensing.colour.looks import changes, shadowed
+from kempelen.sensing.colour.parameters import ColourParameters
 from kempelen.sensing.colour.predictive import Student, broad, fitted, hedged
 
 PAIRS = 60  # of differing squares for each change and shade; more say nothing new
 CHANGED = 4 / 64  # share of the squares that a castling changes, the move that changes most
 ROUNDS = 6  # of expectation maximisation
-CAUTION = 0.1  # share of the changed squares' covariance in that of the unchanged ones: a fixed camera
+CAUTION = 0.3  # share of the changed squares' covariance in that of the unchanged ones: a fixed camera
 # without noise would else take the faintest shimmer for a change
 HALF = 3.0  # squared deviations, per feature, at which a square weighs half in the first guess
 MAD_TO_SIGMA = 1.4826
@@ -31,7 +33,7 @@ class ChangeModel:
         memory: Encoded columns.
         states: (64,) what stands there.
         dark: (64,) which squares are dark.
-        search: Pixels that columns may be out of register.
+        parameters: Of the reader.
         generator: Seeded by the caller.
     """
 
@@ -40,21 +42,25 @@ class ChangeModel:
         memory: Columns,
         states: npt.NDArray[np.int64],
         dark: npt.NDArray[np.bool_],
-        search: int,
+        parameters: ColourParameters,
         generator: np.random.Generator,
     ) -> None:
-        self._search = search
+        self._search, self._share = parameters.search, parameters.shaded
         self._memory, self._states, self._dark = memory, states, dark
-        self._examples = _differing(memory, states, dark, search, generator)
+        self._examples = _differing(
+            memory, memory, states, dark, search=parameters.search, generator=generator
+        )
         every = np.concatenate(list(self._examples.values()))
         self._covariance = np.cov(every.T)
-        ones = np.ones(len(every))
-        self._any = fitted(every, ones)
-        self._broad = broad(every, ones)
-        self._changed = {
-            key: fitted(examples, np.ones(len(examples)), self._covariance, CAUTION)
-            for key, examples in self._examples.items()
-        }
+        self._broad = broad(every, np.ones(len(every)))
+        self._any = self._model(every)
+        self._changed = {key: self._model(examples) for key, examples in self._examples.items()}
+        shade = shadowed(memory, parameters.depth, generator)
+        shaded = _differing(memory, shade, states, dark, search=parameters.search, generator=generator)
+        self._in_shade = {key: self._model(examples) for key, examples in shaded.items()}
+
+    def _model(self, examples: Array) -> Student:
+        return fitted(examples, np.ones(len(examples)), self._covariance, CAUTION)
 
     def log_density(self, now: Columns) -> Array:
         """(64, 3) log p(change seen | now empty, white, black).
@@ -79,11 +85,15 @@ class ChangeModel:
             for before in range(3):
                 for shade in (False, True):
                     k = (self._states == before) & (self._dark == shade)
-                    out[k, state] = self._model(before, state, shade).log_density(seen[k])
+                    out[k, state] = self._change(before, state, shade, seen[k])
         return out
 
-    def _model(self, before: int, after: int, shade: bool) -> Student:  # noqa: FBT001 - which of two models
-        return self._changed.get((min(before, after), max(before, after), shade), self._any)
+    def _change(self, before: int, after: int, shade: bool, seen: Array) -> Array:  # noqa: FBT001 - a key
+        key = min(before, after), max(before, after), shade
+        lit = self._changed.get(key, self._any).log_density(seen)
+        dim = self._in_shade.get(key, self._any).log_density(seen)
+        out: Array = np.logaddexp(lit + np.log(1 - self._share), dim + np.log(self._share))
+        return out
 
     def _unchanged(self, seen: Array, changed: Array) -> Array:
         """(64,) by expectation maximisation: squares that changed have no say in what unchanged ones do."""
@@ -96,8 +106,10 @@ class ChangeModel:
 
 def _differing(
     memory: Columns,
+    other_light: Columns,
     states: npt.NDArray[np.int64],
     dark: npt.NDArray[np.bool_],
+    *,
     search: int,
     generator: np.random.Generator,
 ) -> dict[tuple[int, int, bool], Array]:
@@ -110,7 +122,7 @@ def _differing(
             if len(first) and len(second):
                 pairs = np.stack(np.meshgrid(first, second)).reshape(2, -1)
                 pairs = pairs[:, generator.permutation(pairs.shape[1])[:PAIRS]]
-                out[one, other, shade] = changes(memory[pairs[0]], memory[pairs[1]], search)
+                out[one, other, shade] = changes(memory[pairs[0]], other_light[pairs[1]], search)
     return out
 
 

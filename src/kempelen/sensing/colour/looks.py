@@ -58,11 +58,11 @@ def _disc(pixels: int, radius: float) -> npt.NDArray[np.bool_]:
 
 
 def changes(before: Columns, after: Columns, search: int) -> Array:
-    """(n, 6 * slices): how much the pattern, the tint, the brightness and the rims of each slice changed.
+    """(n, 5 * slices): how much the pattern, the tint, the brightness and the rims of each slice changed.
 
-    The brightness of the whole slice is taken out of the pattern: a shadow is not a move. Pattern and rims
-    come twice, as they are and as a share of what is there. Columns that are a little out of register are
-    moved to where they fit best.
+    The brightness of the whole slice is taken out of the pattern: a shadow is not a move. Rims come
+    twice, as they are and as a share of what is there: a pattern may be shared because the same shadow lies
+    over both, rims are not. Columns that are a little out of register are moved to where they fit best.
 
     Args:
         before: Encoded, (n, slices, pixels, pixels, 3).
@@ -80,14 +80,13 @@ def _slice_changes(before: Columns, after: Columns, search: int) -> Array:
     shift = off[..., 0].mean(axis=(1, 2))
     pattern = pattern - shift**2 + CHANGE_FLOOR**2
     rims = rims + FINE_FLOOR**2
-    own, _, _, fine = (old.var(axis=(1, 2)) + new.var(axis=(1, 2))).T
+    fine = (old[..., 3].var(axis=(1, 2)) + new[..., 3].var(axis=(1, 2))).astype(np.float64)
     brighter = (after[..., 0] - before[..., 0]).mean(axis=(1, 2))
     return np.stack(
         [
             0.5 * np.log(pattern),
             0.5 * np.log(tints[0] + tints[1] + TINT_FLOOR**2),
             np.log(np.abs(brighter) + SHIFT_FLOOR),
-            np.log(pattern / (own + 2 * CHANGE_FLOOR**2)),
             0.5 * np.log(rims),
             np.log(rims / (fine + 2 * FINE_FLOOR**2)),
         ],
@@ -124,11 +123,11 @@ def shadowed(columns: Columns, depth: float, generator: np.random.Generator) -> 
     """
     n, _, pixels = columns.shape[:3]
     middle = (np.arange(pixels) + 0.5) / pixels - 0.5
-    angle = generator.uniform(0, 2 * np.pi, n)
+    angle = generator.uniform(0, 2 * np.pi, (n, 1, 1))
     start = generator.uniform(-0.8, 0.5, n)
     soft = generator.uniform(0.03, 0.2, n) / 4
     dark = generator.uniform(0.1 * depth, depth, n)
-    along = np.cos(angle)[:, None, None] * middle + np.sin(angle)[:, None, None] * middle[:, None]
+    along = np.cos(angle) * middle + np.sin(angle) * middle[:, None]
     shade = dark[:, None, None] / (1 + np.exp(-(along - start[:, None, None]) / soft[:, None, None]))
     out = columns.copy()
     tint = np.column_stack([np.ones(n), generator.normal(0, TINTED, (n, 2))])

@@ -24,6 +24,7 @@ from kempelen.sensing.colour.light import LightChange, encoded
 from kempelen.sensing.colour.looks import looks, shadowed
 from kempelen.sensing.colour.parameters import ColourParameters
 from kempelen.sensing.colour.predictive import ClassModels
+from kempelen.sensing.colour.register import registered
 from kempelen.sensing.sighting import BoardSighting
 
 States = npt.NDArray[np.int64]
@@ -110,6 +111,7 @@ class ColourReader:
         now, camera = self._seen(frame, sighting)
         if self._memory is not None:
             trust = self._trust * (states == self._states)
+            now = registered(self._memory.plane, now)
             now = LightChange.between(self._memory.plane, now, trust + DOUBT).removed(now)
         self._memory = _Memory(now, cut(now, camera, self.parameters.heights))
         self._states, self._trust = states, np.ones(64)
@@ -137,6 +139,7 @@ class ColourReader:
             )
         p = self.parameters
         plain, camera = self._seen(frame, sighting)
+        plain = registered(self._memory.plane, plain)
         light = LightChange.between(self._memory.plane, plain, self._trust)
         smooth = cut(plain - light.smooth, camera, p.heights)
         lit = light.removed(plain)
@@ -175,7 +178,7 @@ class ColourReader:
         )  # fmt: skip
         if self._memory is not None:
             generator = np.random.default_rng(SEED)
-            self._change = ChangeModel(self._memory.columns, self._states, DARK, p.search, generator)
+            self._change = ChangeModel(self._memory.columns, self._states, DARK, p, generator)
 
     def _classes(self, now: Columns) -> Array:
         """(64, 3) what the squares look like, whatever they were; the likeliest of a row 0."""
