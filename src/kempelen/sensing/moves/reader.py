@@ -38,6 +38,8 @@ STANDING_ODDS = 9.0  # the confirmed position stands when it is that much likeli
 CLEAR_ODDS = 99.0  # one move stands out among all when it is that much likelier than the others
 ALSO_SEEN = 3.0  # log odds below the strongest sign of a change, to be named with it
 CANDIDATE_ODDS = 1e-2  # of the best one: less likely lines are not worth a question
+SLOW_GAP = 3.0  # usual intervals: so much longer than usual, and what was seen before is over
+INTERVAL_MEMORY = 0.7  # of the usual interval between observations, kept by each new one
 _ORDINARY = frozenset({Happened.MOVE, Happened.TWO, Happened.REPLACED})
 
 
@@ -84,6 +86,7 @@ class MoveReader:
         self._kinds: list[Array] = []
         self._board = board.copy(stack=2)
         self._time: float | None = None
+        self._interval = 0.0  # usual time between observations
         self._seen_since = -np.inf  # since when nothing has been in the way
         self._quiet_until = 0.0  # when the confirmed position was last seen, or a hand
         self._touched = False  # whether hands may have been over the board since the position was confirmed
@@ -133,10 +136,13 @@ class MoveReader:
 
     def _note_time(self, time: float) -> None:
         gap = 0.0 if self._time is None else time - self._time
-        if gap < 0 or gap > self.parameters.gap:
+        if gap < 0 or gap > max(self.parameters.gap, SLOW_GAP * self._interval):
             self._lose_sight(time)
         elif self._time is None:
             self._quiet_until = time
+        # A sensor that is always slow is still to be believed, but a hand fits between its observations.
+        self._touched |= gap > self.parameters.gap
+        self._interval = INTERVAL_MEMORY * self._interval + (1 - INTERVAL_MEMORY) * max(gap, 0.0)
         self._time = time
 
     def _lose_sight(self, time: float) -> None:

@@ -341,6 +341,11 @@ def test_a_long_gap_may_hide_a_hand() -> None:
     assert moves(scene.after("e5")) == ["e7e5"]
 
 
+def test_a_sensor_that_is_always_slow_is_still_believed() -> None:
+    scene = Scene("e4", Sensor(rate=0.6), seconds=20.0)
+    assert moves(scene.after("e5", seconds=30.0)) == ["e7e5"]
+
+
 def test_a_clock_that_restarts_is_survived() -> None:
     scene = Scene("e4")
     scene.sensor.time = 0.0
