@@ -19,16 +19,17 @@ from pathlib import Path
 import cv2
 import numpy as np
 import numpy.typing as npt
-import onnx
 import torch
-from onnx import TensorProto, helper, numpy_helper
 from torch import nn
 from torch.nn import functional
 
-from kempelen.bench.sets.samples import Labels, Photo, drawn, game_photos, photographed, staged
+from kempelen.bench.sets.graph import Graph
+from kempelen.bench.sets.samples import Known, Labels, drawn, photographed, real_photos, staged
 from kempelen.sensing.kinds.classifier import CLASSES, FEATURES, NOTES, WEIGHTS
-from kempelen.sensing.kinds.crops import DARKEST, HEIGHT, LIGHTEST, WIDTH, Crops
+from kempelen.sensing.kinds.crops import DARKEST, FOOT, HEIGHT, LIGHTEST, WIDTH, Crops
 
+LABELS = Path(__file__).with_name("piece_labels.json")
+"""What stands on photos whose labels are wrong or missing, by the SHA-256 of the file; ``?`` is not told."""
 CHUNK = 50
 SEEDS = [range(0, 1050, CHUNK), range(1200, 1250, CHUNK), range(1400, 2350, CHUNK)]
 """Of the pictures that the weights in the package were trained on, by chunks."""
@@ -40,10 +41,10 @@ VALIDATION = range(1_000_000, 1_000_100, CHUNK)
 LOOKS = 12
 """Crops of each man in a photo: photos are few and worth more than drawings."""
 BATCH = 128
-OF_STUDIO, OF_PHOTOS = 32, 40
+OF_STUDIO, OF_PHOTOS = 24, 56
 """In a batch, once all are mixed."""
 RATE = 2e-3
-GREY, COVERED, MIRRORED = 0.1, 0.25, 0.5
+GREY, COVERED, ELSEWHERE, MIRRORED = 0.1, 0.25, 0.5, 0.5
 """Shares of crops in a batch that are treated so."""
 WIDTHS = (24, 32, 64, 96)
 
@@ -143,8 +144,21 @@ def seeds_of(text: str) -> range:
     return range(first, end, CHUNK)
 
 
-def spoilt(crops: Crops, rng: np.random.Generator) -> torch.Tensor:
-    """(n, 4, 96, 64) in other light, other colours, other noise, mirrored, with something in the way."""
+def pool_of(photos: list[Known], looks: int = LOOKS) -> Pool:
+    """Their crops."""
+    pairs = [photographed(photo.truth, photo.labels, looks, n) for n, photo in enumerate(photos)]
+    return Pool(np.concatenate([x for x, _ in pairs]), np.concatenate([y for _, y in pairs]))
+
+
+def spoilt(crops: Crops, rng: np.random.Generator, *, moved: bool) -> torch.Tensor:
+    """(n, 4, 96, 64) in other light and colours, mirrored, with something in the way.
+
+    Args:
+        crops: (n, 96, 64, 4).
+        rng: Of what is done.
+        moved: Whether also shifted and in other surroundings: photos of one game show the same men in the
+            same company again and again.
+    """
     n = len(crops)
 
     def uniform(low: float, high: float, *shape: int) -> torch.Tensor:
@@ -165,12 +179,41 @@ def spoilt(crops: Crops, rng: np.random.Generator) -> torch.Tensor:
         fill = torch.from_numpy(rng.uniform(0, 1, (3, 1, 1)).astype(np.float32))
         colour[i, :, top : top + tall, left : left + wide] = fill
     colour.clamp_(0, 1)
+    x = moved_a_little(elsewhere(x, rng), rng) if moved else x
     mirrored = np.flatnonzero(rng.random(n) < MIRRORED)
     x[mirrored] = x[mirrored].flip(3)
     return x
 
 
-def train(network: Network, pools: list[tuple[Pool, int]], steps: int, rate: float, seed: int) -> None:
+def elsewhere(x: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
+    """Some of the crops with what stands beside their square taken from another crop."""
+    for i in np.flatnonzero(rng.random(len(x)) < ELSEWHERE):
+        other, reach = int(rng.integers(len(x))), int(rng.integers(13, 25))
+        for side in (slice(0, WIDTH // 2 - reach), slice(WIDTH // 2 + reach, WIDTH)):
+            x[i, :3, :, side] = x[other, :3, :, side]
+    return x
+
+
+def moved_a_little(x: torch.Tensor, rng: np.random.Generator) -> torch.Tensor:
+    """Each crop turned, scaled and shifted about its foot."""
+    n = len(x)
+    turn, scale = rng.normal(0, 0.06, n), rng.normal(1, 0.05, n)
+    matrix = np.zeros((n, 2, 3), np.float32)
+    matrix[:, 0, 0] = matrix[:, 1, 1] = np.cos(turn) * scale
+    matrix[:, 0, 1], matrix[:, 1, 0] = (
+        -np.sin(turn) * scale * HEIGHT / WIDTH,
+        np.sin(turn) * scale * WIDTH / HEIGHT,
+    )
+    foot = np.array([2 * FOOT[0] / WIDTH - 1, 2 * FOOT[1] / HEIGHT - 1])
+    shift = rng.normal(0, 1.2, (n, 2)) * (2 / WIDTH, 2 / HEIGHT)
+    matrix[:, :, 2] = foot - matrix[:, :, :2] @ foot + shift
+    grid = functional.affine_grid(torch.from_numpy(matrix), list(x.shape), align_corners=False)
+    return functional.grid_sample(x, grid, padding_mode="border", align_corners=False)
+
+
+def train(
+    network: Network, pools: list[tuple[Pool, int]], steps: int, rate: float, seed: int, *, moved: bool
+) -> None:
     """Train for ``steps`` batches of so many crops from each pool; the rate rises and falls once."""
     rng = np.random.default_rng(seed)
     network.train().to(memory_format=torch.channels_last)
@@ -179,7 +222,7 @@ def train(network: Network, pools: list[tuple[Pool, int]], steps: int, rate: flo
     mean = 0.0
     for step in range(1, steps + 1):
         parts = [pool.some(count, rng) for pool, count in pools]
-        x = spoilt(np.concatenate([part[0] for part in parts]), rng)
+        x = spoilt(np.concatenate([part[0] for part in parts]), rng, moved=moved)
         y = torch.from_numpy(np.concatenate([part[1] for part in parts]))
         with torch.autocast("cpu", torch.bfloat16):
             scores = network(x.contiguous(memory_format=torch.channels_last))
@@ -209,7 +252,7 @@ def learnt(drawn_crops: Pool, options: argparse.Namespace) -> Network:
         network.load_state_dict(torch.load(file))
         network.eval()
     else:
-        train(network, [(drawn_crops, BATCH)], options.steps, RATE, options.seed)
+        train(network, [(drawn_crops, BATCH)], options.steps, RATE, options.seed, moved=False)
         torch.save(network.state_dict(), file)
     return network
 
@@ -232,63 +275,29 @@ def temperature(scores: npt.NDArray[np.float32], labels: Labels) -> float:
     return float(choices[int(np.argmin(losses))])
 
 
-class Graph:
-    """An ONNX graph that is written layer by layer; weights are kept in half precision."""
-
-    def __init__(self) -> None:
-        self.nodes: list[onnx.NodeProto] = []
-        self.weights: list[onnx.TensorProto] = []
-
-    def add(self, kind: str, inputs: list[str], name: str, **attributes: object) -> str:
-        """A node; gives its output's name."""
-        self.nodes.append(helper.make_node(kind, inputs, [name], **attributes))
-        return name
-
-    def constant(self, name: str, value: torch.Tensor) -> str:
-        """A weight."""
-        half = value.detach().contiguous().numpy().astype(np.float16)
-        self.weights.append(numpy_helper.from_array(half, name + ".half"))
-        return self.add("Cast", [name + ".half"], name, to=TensorProto.FLOAT)
-
-    def convolution(self, x: str, name: str, module: nn.Sequential) -> str:
-        """A convolution with the normalisation that follows it worked in."""
-        fused = torch.nn.utils.fusion.fuse_conv_bn_eval(module[0], module[1])
-        weight, bias = self.constant(name + ".w", fused.weight), self.constant(name + ".b", fused.bias)
-        size, stride = fused.kernel_size[0], fused.stride[0]
-        return self.add(
-            "Conv", [x, weight, bias], name, kernel_shape=[size, size], strides=[stride, stride],
-            pads=[size // 2] * 4,
-        )  # fmt: skip
-
-    def linear(self, x: str, name: str, module: nn.Linear) -> str:
-        """A dense layer."""
-        weight, bias = self.constant(name + ".w", module.weight), self.constant(name + ".b", module.bias)
-        return self.add("Gemm", [x, weight, bias], name, transB=1)
-
-
 def write(network: Network, path: Path) -> None:
     """The network up to its features, as ONNX: the last layer stands in the notes, for sets to change."""
-    graph = Graph()
-    x = graph.add("Relu", [graph.convolution("crops", "down0", network.downs[0])], "relu0")
+    graph = Graph("crops", (4, HEIGHT, WIDTH))
+
+    def convolution(x: str, name: str, module: nn.Sequential) -> str:
+        fused = torch.nn.utils.fusion.fuse_conv_bn_eval(module[0], module[1])
+        weight, bias = fused.weight.detach().numpy(), fused.bias.detach().numpy()
+        return graph.convolution(x, name, weight, bias, fused.stride[0])
+
+    x = graph.add("Relu", [convolution("crops", "down0", network.downs[0])], "relu0")
     for i, (down, block) in enumerate(zip(network.downs[1:], network.blocks, strict=True), 1):
-        x = graph.add("Relu", [graph.convolution(x, f"down{i}", down)], f"relu{i}")
-        inner = graph.add("Relu", [graph.convolution(x, f"first{i}", block.first)], f"inner{i}")
-        summed = graph.add("Add", [x, graph.convolution(inner, f"second{i}", block.second)], f"sum{i}")
+        x = graph.add("Relu", [convolution(x, f"down{i}", down)], f"relu{i}")
+        inner = graph.add("Relu", [convolution(x, f"first{i}", block.first)], f"inner{i}")
+        summed = graph.add("Add", [x, convolution(inner, f"second{i}", block.second)], f"sum{i}")
         x = graph.add("Relu", [summed], f"out{i}")
     flat = graph.add("Flatten", [x], "flat", axis=1)
-    graph.add("Relu", [graph.linear(flat, "dense", network.dense)], "features")
-    wanted = helper.make_tensor_value_info("crops", TensorProto.FLOAT, ["n", 4, HEIGHT, WIDTH])
-    given = helper.make_tensor_value_info("features", TensorProto.FLOAT, ["n", FEATURES])
-    model = helper.make_model(
-        helper.make_graph(graph.nodes, "kinds", [wanted], [given], graph.weights),
-        opset_imports=[helper.make_opsetid("", 13)], ir_version=8,
-    )  # fmt: skip
-    onnx.checker.check_model(model)
-    path.write_bytes(model.SerializeToString())
+    dense = network.dense.weight.detach().numpy(), network.dense.bias.detach().numpy()
+    graph.add("Relu", [graph.linear(flat, "dense", *dense)], "features")
+    graph.save(path, "features", FEATURES)
 
 
 def notes(
-    network: Network, photos: list[Photo], options: argparse.Namespace, unseen: Pool
+    network: Network, photos: list[Known], options: argparse.Namespace, unseen: Pool
 ) -> dict[str, object]:
     """The last layer, and what is to be known of the weights: above all, which photos they have seen."""
     scores, labels = scores_of(network, unseen.crops), unseen.labels
@@ -301,12 +310,19 @@ def notes(
         "drawn": [[some.start, some.stop] for some in options.seeds],
         "steps": options.steps,
         "mixed_steps": options.mixed_steps,
+        "mixed_rate": options.mixed_rate,
         "validation_right": round(float(right.mean()), 4),
-        "validation_men_right": round(float(right[labels > 0].mean()), 4),
-        "photos": {photo.source.path.name: photo.digest for photo in photos},
+        "validation_men_right": men_right(network, unseen),
+        "photos": {photo.name: photo.digest for photo in photos},
         "bias": np.round(network.last.bias.detach().numpy().astype(float), 4).tolist(),
         "weight": np.round(network.last.weight.detach().numpy().T.astype(float), 4).tolist(),
     }
+
+
+def men_right(network: Network, pool: Pool) -> float:
+    """Share of the men that are told rightly."""
+    men = pool.labels > 0
+    return round(float((scores_of(network, pool.crops[men]).argmax(axis=1) == pool.labels[men]).mean()), 4)
 
 
 def main() -> None:
@@ -320,27 +336,30 @@ def main() -> None:
         "--seeds", type=seeds_of, nargs="+", default=SEEDS, help="of drawn pictures, as 0-1050"
     )
     parser.add_argument("--steps", type=int, default=4000, help="batches of drawings")
-    parser.add_argument("--mixed-steps", type=int, default=700, help="batches of drawings, studio and photos")
+    parser.add_argument(
+        "--mixed-steps", type=int, default=1800, help="batches of drawings, studio and photos"
+    )
+    parser.add_argument("--mixed-rate", type=float, default=1e-3, help="greatest step length of these")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2, help="processes that draw")
     parser.add_argument("--work", type=Path, default=Path("build/pieces"), help="where drawn crops are kept")
     parser.add_argument("--out", type=Path, default=WEIGHTS)
     options = parser.parse_args()
-    known = game_photos(options.data) if options.data else []
-    photos = [photo for photo in known if photo.game not in options.without]
+    photos, others = real_photos(options.data, options.without, LABELS) if options.data else ([], [])
     drawings = kept(options, "drawn", drawn_chunk, [start for some in options.seeds for start in some])
     studio = kept(options, "staged", staged_chunk, STAGED)
     say(f"{len(drawings.labels)} crops of drawings, {len(studio.labels)} of the studio, {len(photos)} photos")
     network = learnt(drawings, options)
     pools = [(drawings, BATCH - OF_STUDIO), (studio, OF_STUDIO)]
     if photos:
-        pairs = [photographed(photo, LOOKS, number) for number, photo in enumerate(photos)]
-        real = Pool(np.concatenate([x for x, _ in pairs]), np.concatenate([y for _, y in pairs]))
+        real = pool_of(photos)
         pools = [(drawings, BATCH - OF_STUDIO - OF_PHOTOS), (studio, OF_STUDIO), (real, OF_PHOTOS)]
-    train(network, pools, options.mixed_steps, RATE / 4, options.seed + 1)
+    train(network, pools, options.mixed_steps, options.mixed_rate, options.seed + 1, moved=True)
     unseen = kept(options, "drawn", drawn_chunk, VALIDATION)
     write(network, options.out)
     told = notes(network, photos, options, unseen)
+    if others:
+        told["other_real_sets_men_right"] = men_right(network, pool_of(others, looks=1))
     options.out.with_suffix(NOTES).write_text(json.dumps(told) + "\n")
     say(str({key: value for key, value in told.items() if key not in {"photos", "bias", "weight"}}))
 

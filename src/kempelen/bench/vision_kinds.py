@@ -5,8 +5,10 @@ in any folder and under any name). Drawn pictures are the twin's studio's, with 
 generator than those trained on. In both the board is where the labels say: finding it is measured by itself.
 """
 
+import statistics
+import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,7 @@ class Tally:
     squares_right: int = 0
     men: int = 0
     men_right: int = 0
+    seconds: list[float] = field(default_factory=list)
 
     def add(self, read: Labels, labels: Labels) -> None:
         """One board: (64,) indices into the classifier's classes, read and true."""
@@ -59,6 +62,10 @@ class Tally:
             f"{prefix}boards_right": self.boards_right,
             f"{prefix}boards": self.boards,
         }
+
+    def ms_median(self) -> float:
+        """Of reading a board, crops and network."""
+        return round(1000 * statistics.median(self.seconds), 1)
 
 
 def measure_kinds(data: Path, seed: int, progress: Progress) -> Section:
@@ -94,7 +101,9 @@ def _measured(classifier: PieceClassifier, truths: Iterable[Truth]) -> tuple[Tal
     """Each square by itself, and the likeliest placement that chess allows."""
     alone, together = Tally(), Tally()
     for truth in truths:
+        started = time.perf_counter()
         likely = classifier.read(truth.picture, truth.sighting)
+        alone.seconds.append(time.perf_counter() - started)
         labels = labels_of(truth.board)
         alone.add(likely.argmax(axis=1), labels)
         together.add(labels_of(placement(likely).board), labels)
@@ -104,6 +113,6 @@ def _measured(classifier: PieceClassifier, truths: Iterable[Truth]) -> tuple[Tal
 def _section(data: str, pictures: str, prefix: str, tallies: tuple[Tally, Tally]) -> Section:
     alone, together = tallies
     if not alone.boards:
-        return Section({**together.figures(prefix)})
+        return Section(together.figures(prefix))
     rows = [*alone.rows(data, pictures, "each square"), *together.rows(data, pictures, "rules of chess")]
-    return Section(together.figures(prefix), rows)
+    return Section({**together.figures(prefix), f"{prefix}ms_median": alone.ms_median()}, rows)

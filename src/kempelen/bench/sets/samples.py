@@ -1,7 +1,8 @@
 """What the piece classifier is trained on: crops with labels, from drawn pictures and from photos."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from kempelen.bench.real_data import Labelled, labelled
 from kempelen.bench.sets.pictures import Truth, draw
 from kempelen.core.camera import Picture
 from kempelen.core.geometry import Array
-from kempelen.sensing.kinds.classifier import labels_of
+from kempelen.sensing.kinds.classifier import CLASSES, labels_of
 from kempelen.sensing.kinds.crops import Crops, crops
 from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting
 from kempelen.twin.cameras.studio import Studio
@@ -49,11 +50,16 @@ class Photo:
     @property
     def digest(self) -> str:
         """SHA-256 of the file: the same photo has it in any folder and under any name."""
-        return hashlib.sha256(self.source.path.read_bytes()).hexdigest()
+        return digest(self.source)
 
     def truth(self) -> Truth:
         """The picture with its sighting."""
         return Truth(self.source.picture(), sighting_of(self.source.corners), self.board)
+
+
+def digest(source: Labelled) -> str:
+    """SHA-256 of a picture's file."""
+    return hashlib.sha256(source.path.read_bytes()).hexdigest()
 
 
 def game_photos(data: Path) -> list[Photo]:
@@ -71,6 +77,47 @@ def game_photos(data: Path) -> list[Photo]:
         game = 1 if last is None else last.game + (not same)
         photos.append(Photo(source, board, game))
     return photos
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """A photo to train on or to be measured on.
+
+    Attributes:
+        name: Of the file.
+        digest: SHA-256 of the file.
+        truth: Picture and sighting.
+        labels: (64,) what stands there, -1 where nobody can tell.
+    """
+
+    name: str
+    digest: str
+    truth: Truth
+    labels: Labels
+
+
+def real_photos(data: Path, without: Collection[int], labels: Path) -> tuple[list[Known], list[Known]]:
+    """Photos to train on, and photos of sets that are not trained on.
+
+    Args:
+        data: Folder of labelled pictures.
+        without: Games that are held out.
+        labels: File that corrects labels of game photos and tells what stands on board photos, by SHA-256.
+    """
+    told = json.loads(labels.read_text(encoding="utf-8"))
+    learn: list[Known] = []
+    for photo in game_photos(data):
+        if photo.game not in without:
+            board = chess.BaseBoard(told["corrected"].get(photo.digest, photo.board.board_fen()))
+            learn.append(Known(photo.source.path.name, photo.digest, photo.truth(), labels_of(board)))
+    other: list[Known] = []
+    for source in labelled(data, "board-photos"):
+        for group, name in ((learn, "trained_on"), (other, "other_sets")):
+            if rows := told[name].get(digest(source)):
+                ranks = [[CLASSES.find(symbol) for symbol in rank] for rank in reversed(rows.split("/"))]
+                truth = Truth(source.picture(), sighting_of(source.corners), chess.Board(None))
+                group.append(Known(source.path.name, digest(source), truth, np.array(ranks).ravel()))
+    return learn, other
 
 
 def differing(one: chess.Board, other: chess.Board) -> int:
@@ -116,21 +163,35 @@ def studio_pictures(seed: int, count: int) -> Iterator[Truth]:
             yield Truth(shot.frame.colour, sighting_of(shot.corners[[3, 2, 1, 0]]), shot.board)
 
 
-def photographed(photo: Photo, looks: int, seed: int) -> tuple[Crops, Labels]:
-    """Crops of one photo with their labels, from ``looks`` sightings with errors."""
-    return _looks(photo.truth(), np.random.default_rng(seed), looks)
+def photographed(truth: Truth, labels: Labels, looks: int, seed: int) -> tuple[Crops, Labels]:
+    """Crops of one photo, from ``looks`` sightings with errors, with their labels.
+
+    Args:
+        truth: The photo and its sighting.
+        labels: (64,) what stands there, -1 where nobody can tell.
+        looks: How many crops of each square.
+        seed: Of the errors.
+    """
+    rng = np.random.default_rng(seed)
+    known = labels >= 0
+    return _joined([(_glance(truth, rng)[known], labels[known]) for _ in range(looks)])
 
 
 def _looks(truth: Truth, rng: Generator, looks: int) -> tuple[Crops, Labels]:
+    """All men at every look, and some empty squares at the first."""
     labels = labels_of(truth.board)
     out: list[tuple[Crops, Labels]] = []
     for look in range(looks):
-        picture, sighting = _cut(truth.picture, _astray(truth.sighting, rng), rng)
-        empty = rng.permutation(np.flatnonzero(labels == 0))
-        empty = empty[: _EMPTIES if look == 0 or looks > _LOOKS else 0]
+        seen = _glance(truth, rng)
+        empty = rng.permutation(np.flatnonzero(labels == 0))[: 0 if look else _EMPTIES]
         wanted = np.sort(np.concatenate([np.flatnonzero(labels), empty]))
-        out.append((crops(picture, sighting)[wanted], labels[wanted]))
+        out.append((seen[wanted], labels[wanted]))
     return _joined(out)
+
+
+def _glance(truth: Truth, rng: Generator) -> Crops:
+    """All squares, from a sighting with an error."""
+    return crops(*_cut(truth.picture, _astray(truth.sighting, rng), rng))
 
 
 def _joined(pairs: Sequence[tuple[Crops, Labels]]) -> tuple[Crops, Labels]:

@@ -33,7 +33,7 @@ WEIGHTS = Path(__file__).with_name("kinds.onnx")
 NOTES = ".json"
 """Ending of the file beside the weights that tells how they were made."""
 
-_STIFFNESS = 0.3
+_STIFFNESS = 30.0
 """Of the last layer against a new set; chosen on drawn sets (docs/explanation/piece-classifier.md)."""
 _FLOOR = -12.0
 """Log-likelihoods so far below the best are cut: no network is as sure as it says."""
