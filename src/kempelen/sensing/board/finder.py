@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import chess
 import cv2
@@ -31,6 +32,7 @@ _MISFIT = 0.12  # squares RMS that a pose may leave: more, and picture and intri
 _FLAT_LONGEST = 1600  # px, of the picture square on to the table
 _LEAST_PICTURE = 64  # px: no board of 8 squares with corners fits in less
 _INNER = ROWS - 1
+_FULL = 6  # men on a rank of 8 from which they may hide it when seen from the side
 
 
 class BoardFinder:
@@ -61,7 +63,7 @@ class BoardFinder:
 
         Args:
             frame: With colour; depth and intrinsics are used where they are there.
-            position: What stands on the board, if known: it tells a1 from h8.
+            position: What stands on the board, if known: it tells a1 from h8, and which ranks men may hide.
 
         Raises:
             BoardNotFoundError: there is none, two, half of one, or too little light; the message says which.
@@ -72,7 +74,7 @@ class BoardFinder:
             plane = _table(frame)
             found = self._by_lines(picture, frame, plane)
         else:
-            found = self._by_corners(picture, frame)
+            found = self._by_corners(picture, frame, position)
         sighting = self._measured(found, frame, plane)
         return self._oriented(sighting, picture, position)
 
@@ -93,8 +95,10 @@ class BoardFinder:
         except BoardNotFoundError:
             return None
 
-    def _by_corners(self, picture: Picture, frame: Frame) -> BoardSighting:
-        seek = _SEARCHES[self.method]
+    def _by_corners(self, picture: Picture, frame: Frame, position: chess.BaseBoard | None) -> BoardSighting:
+        seek: Callable[[Picture], BoardSighting] = _find_by_opencv
+        if self.method == "lattice":
+            seek = partial(_find_lattice, full_ends=position is not None and _full_ends(position))
         try:
             return seek(picture)
         except BoardNotFoundError:
@@ -179,9 +183,9 @@ class BoardFinder:
         return replace(turned, camera_from_board=_half_turned_pose(sighting))
 
 
-def _find_lattice(picture: Picture) -> BoardSighting:
+def _find_lattice(picture: Picture, *, full_ends: bool = False) -> BoardSighting:
     """By X-corners."""
-    found: Candidate = search(picture)
+    found: Candidate = search(picture, full_ends=full_ends)
     return BoardSighting(
         image_from_board=board_from_window(found.fit.pixels_from_window, dark_corner=found.dark_corner),
         residual=found.fit.residual,
@@ -212,10 +216,10 @@ def _find_by_opencv(picture: Picture) -> BoardSighting:
     return BoardSighting(board_from_window(window, dark_corner=dark), fitted.residual, 1.0, "opencv")
 
 
-_SEARCHES: dict[str, Callable[[Picture], BoardSighting]] = {
-    "lattice": _find_lattice,
-    "opencv": _find_by_opencv,
-}
+def _full_ends(position: chess.BaseBoard) -> bool:
+    """Whether men hide most of the first and of the last rank."""
+    ends = (chess.BB_RANK_1, chess.BB_RANK_8)
+    return all(len(chess.SquareSet(position.occupied & rank)) >= _FULL for rank in ends)
 
 
 def _square_on(

@@ -4,7 +4,7 @@ Everything here is in one picture's pixels and in the squares of a window whose 
 corners; which one is a1 is settled by :mod:`kempelen.sensing.board.orientation`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,12 +41,14 @@ class Candidate:
         fit: From squares of the window to pixels of the original picture.
         corners: How many of the 49 inner points were seen.
         dark_corner: Whether the square at the window's origin is dark.
+        full_ends: Whether the first and the last rank are known to be full of men.
     """
 
     placement: Placement
     fit: BoardFit
     corners: int
     dark_corner: bool
+    full_ends: bool = False
 
     @property
     def sure(self) -> bool:
@@ -61,13 +63,25 @@ class Candidate:
     @property
     def confidence(self) -> float:
         """0 to 1: the window's probability, less where one of its rows shows nothing of a pattern."""
-        blank = min(self.placement.rows.min(), self.placement.columns.min()) <= 0
-        doubt = (1.0 - self.placement.probability) * (_BLANK if blank else 1.0)
+        doubt = (1.0 - self.placement.probability) * (_BLANK if self._blank else 1.0)
         return max(0.0, 1.0 - doubt) if self.convincing else 0.0
 
+    @property
+    def _blank(self) -> bool:
+        """Whether a row shows nothing that men known to stand there do not explain."""
+        rows, columns = self.placement.rows <= 0, self.placement.columns <= 0
+        if self.full_ends:
+            ranks, files = (rows, columns) if rows.any() else (columns, rows)
+            return bool(files.any() or ranks[1:-1].any())
+        return bool(rows.any() or columns.any())
 
-def search(picture: Picture) -> Candidate:
+
+def search(picture: Picture, *, full_ends: bool = False) -> Candidate:
     """The one board in a picture.
+
+    Args:
+        picture: (height, width, 3) blue, green, red.
+        full_ends: Whether the first and the last rank are known to be full of men, which may hide them.
 
     Raises:
         BoardNotFoundError: none, two, half of one, or none that can be told from its surroundings.
@@ -78,7 +92,7 @@ def search(picture: Picture) -> Candidate:
     best: Candidate | None = None
     found = 0
     for size in _SIZES[: 3 if max(picture.shape[:2]) > _SIZES[0] else 2]:
-        candidates, corners = _at_size(picture, size)
+        candidates, corners = _at_size(picture, size, full_ends=full_ends)
         found = max(found, corners)
         sure = _distinct([each for each in candidates if each.sure])
         if len(sure) > 1:
@@ -96,13 +110,14 @@ def _evidence(candidate: Candidate) -> float:
     return candidate.placement.evidence
 
 
-def _at_size(picture: Picture, size: int) -> tuple[list[Candidate], int]:
+def _at_size(picture: Picture, size: int, *, full_ends: bool = False) -> tuple[list[Candidate], int]:
     """Candidates at one size of the picture, and the corners of the largest lattice."""
     view = View.of(picture, size)
     corners = find_corners(view.grey)
     lattices = grow_lattices(corners)
     candidates = [_candidate(picture, view, corners, lattice) for lattice in lattices]
-    return [each for each in candidates if each is not None], max(map(len, lattices), default=0)
+    known = [replace(each, full_ends=full_ends) for each in candidates if each is not None]
+    return known, max(map(len, lattices), default=0)
 
 
 def _candidate(picture: Picture, view: View, corners: Corners, lattice: Lattice) -> Candidate | None:

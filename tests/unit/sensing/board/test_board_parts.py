@@ -5,10 +5,12 @@ from tests.unit.sensing.board.chequer import CAMERA, depth_of, view
 from kempelen.core.camera import Frame
 from kempelen.core.errors import BoardNotFoundError
 from kempelen.core.geometry import Array
-from kempelen.sensing.board.fit import fit_board
+from kempelen.sensing.board.fit import BoardFit, fit_board
 from kempelen.sensing.board.lattice import apply, fit_homography, inverse
+from kempelen.sensing.board.placement import Placement
 from kempelen.sensing.board.plane import depth_points, find_table, image_from_plane, meet
 from kempelen.sensing.board.pose import camera_from_board
+from kempelen.sensing.board.search import Candidate
 
 INNER = np.stack(np.meshgrid(np.arange(1.0, 8.0), np.arange(1.0, 8.0)), axis=-1).reshape(-1, 2)
 CORNERS = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
@@ -115,3 +117,21 @@ def test_a_mirrored_board_has_no_pose() -> None:
     truth, _ = view()
 
     assert camera_from_board(truth @ np.diag([-1.0, 1.0, 1.0]), 40.0, CAMERA) is None
+
+
+def candidate(blank_rows: list[int], blank_columns: list[int], *, full_ends: bool) -> Candidate:
+    rows, columns = np.full(8, 9.0), np.full(8, 9.0)
+    rows[blank_rows] = columns[blank_columns] = -1.0
+    placement = Placement(
+        np.zeros(2, dtype=np.int64), 0.998, 90.0, rows, columns, np.ones((8, 8), dtype=bool)
+    )
+    return Candidate(placement, BoardFit(np.eye(3), 0.01), 35, dark_corner=True, full_ends=full_ends)
+
+
+def test_a_blank_row_takes_more_certainty_unless_men_are_known_to_hide_it() -> None:
+    assert candidate([], [], full_ends=False).sure
+    assert not candidate([0, 7], [], full_ends=False).sure
+    assert candidate([0, 7], [], full_ends=True).sure
+    assert candidate([], [7], full_ends=True).sure
+    assert not candidate([3], [], full_ends=True).sure
+    assert not candidate([0], [7], full_ends=True).sure
