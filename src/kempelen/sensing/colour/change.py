@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from kempelen.core.geometry import Array
 from kempelen.sensing.colour.columns import Columns
-from kempelen.sensing.colour.looks import changes, shadowed
+from kempelen.sensing.colour.looks import changes, nudged, shadowed
 from kempelen.sensing.colour.parameters import ColourParameters
 from kempelen.sensing.colour.predictive import Student, broad, fitted, hedged
 
@@ -21,6 +21,9 @@ CHANGED = 4 / 64  # share of the squares that a castling changes, the move that 
 ROUNDS = 6  # of expectation maximisation
 CAUTION = 0.3  # share of the changed squares' covariance in that of the unchanged ones: a fixed camera
 # without noise would else take the faintest shimmer for a change
+NUDGED = 1 / 32  # share of pieces that a sleeve has pushed ...
+NUDGE = 0.15  # ... by up to so many squares: more, and the arbiter would ask for them to be centred
+COPIES = 3  # of each piece, pushed differently
 HALF = 3.0  # squared deviations, per feature, at which a square weighs half in the first guess
 MAD_TO_SIGMA = 1.4826
 EXTREME = 30.0  # nats beyond which a probability is 0 or 1
@@ -58,6 +61,13 @@ class ChangeModel:
         shade = shadowed(memory, parameters.depth, generator)
         shaded = _differing(memory, shade, states, dark, search=parameters.search, generator=generator)
         self._in_shade = {key: self._model(examples) for key, examples in shaded.items()}
+
+        standing = np.flatnonzero(states)
+        reach = round(NUDGE * memory.shape[2])
+        pushed = np.concatenate([nudged(memory[standing], reach, generator) for _ in range(COPIES)])
+        self._nudged = self._model(
+            changes(np.tile(memory[standing], (COPIES, 1, 1, 1, 1)), pushed, self._search)
+        )
 
     def _model(self, examples: Array) -> Student:
         return fitted(examples, np.ones(len(examples)), self._covariance, CAUTION)
@@ -97,9 +107,11 @@ class ChangeModel:
 
     def _unchanged(self, seen: Array, changed: Array) -> Array:
         """(64,) by expectation maximisation: squares that changed have no say in what unchanged ones do."""
-        weight = _first_guess(seen)
+        weight, out = _first_guess(seen), changed
+        pushed = self._nudged.log_density(seen) + np.log(NUDGED)
         for _ in range(ROUNDS):
-            out = fitted(seen, weight, self._covariance, CAUTION).log_density(seen)
+            still = fitted(seen, weight, self._covariance, CAUTION).log_density(seen)
+            out = np.where(self._states > 0, np.logaddexp(still + np.log(1 - NUDGED), pushed), still)
             weight = _probability(out - changed + np.log(1 / CHANGED - 1))
         return out
 

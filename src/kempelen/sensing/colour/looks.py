@@ -124,12 +124,20 @@ def shadowed(columns: Columns, depth: float, generator: np.random.Generator) -> 
     n, _, pixels = columns.shape[:3]
     middle = (np.arange(pixels) + 0.5) / pixels - 0.5
     angle = generator.uniform(0, 2 * np.pi, (n, 1, 1))
-    start = generator.uniform(-0.8, 0.5, n)
-    soft = generator.uniform(0.03, 0.2, n) / 4
-    dark = generator.uniform(0.1 * depth, depth, n)
+    start = generator.uniform(-0.8, 0.5, (n, 1, 1))
+    soft = generator.uniform(0.03, 0.2, (n, 1, 1)) / 4
+    dark = generator.uniform(0.1 * depth, depth, (n, 1, 1))
     along = np.cos(angle) * middle + np.sin(angle) * middle[:, None]
-    shade = dark[:, None, None] / (1 + np.exp(-(along - start[:, None, None]) / soft[:, None, None]))
+    shade = dark / (1 + np.exp(-(along - start) / soft))
     out = columns.copy()
     tint = np.column_stack([np.ones(n), generator.normal(0, TINTED, (n, 2))])
     out -= (shade[:, None, :, :, None] * tint[:, None, None, None]).astype(np.float32)
+    return out
+
+
+def nudged(columns: Columns, reach: int, generator: np.random.Generator) -> Columns:
+    """The same columns, each moved by up to ``reach`` pixels either way, as a sleeve moves a piece."""
+    out = np.empty_like(columns)
+    for k, (down, right) in enumerate(generator.integers(-reach, reach + 1, (len(columns), 2))):
+        out[k] = np.roll(columns[k], (down, right), axis=(1, 2))
     return out

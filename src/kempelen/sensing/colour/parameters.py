@@ -11,8 +11,8 @@ class ColourParameters:
 
     Attributes:
         pixels: Of a cut-out square's side; more than a webcam gives of a square helps nobody.
-        heights: Of the slices of the column over a square that are looked at: the foot, the skirt and
-            the waist of a pawn. Standard sets have pawns of 0.75 to 0.9 squares; what is higher hides the
+        heights: Of the slices of the column over a square that are looked at: the foot and the
+            waist of a pawn. Standard sets have pawns of 0.75 to 0.9 squares; what is higher hides the
             square behind more often than it tells of its own.
         radii: Of the disc that is looked at in each slice; a foot is 0.55 to 0.8 squares wide (FIDE: 0.7
             to 0.8 for the king), a body narrower.
@@ -31,8 +31,8 @@ class ColourParameters:
     """
 
     pixels: int = 24
-    heights: tuple[float, ...] = (0.05, 0.25, 0.5)
-    radii: tuple[float, ...] = (0.36, 0.33, 0.3)
+    heights: tuple[float, ...] = (0.05, 0.3)
+    radii: tuple[float, ...] = (0.36, 0.3)
     focal: float = 0.73
     limit: float = 12.0
     shadows: int = 4
