@@ -1,3 +1,3 @@
 """Measurements against bounds and peers: `kempelen bench NAME`."""
 
-BENCHES = ("frames", "motion", "twin", "vision")
+BENCHES = ("eyes", "frames", "motion", "twin", "vision")

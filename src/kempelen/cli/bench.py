@@ -18,6 +18,9 @@ def bench(
         Path | None, typer.Option("--pgn", help="Games to measure with.", show_default="the built-in ones")
     ] = None,
     data: Annotated[Path | None, typer.Option("--data", help="Folder of recorded data.")] = None,
+    games: Annotated[
+        int | None, typer.Option("--games", help="How many games bench eyes plays.", min=0, show_default="50")
+    ] = None,
 ) -> None:
     """Measure, side by side with bounds and peers.
 
@@ -25,7 +28,11 @@ def bench(
 
         kempelen bench motion
         kempelen bench twin --pgn mygames.pgn --json twin.json
+
+        kempelen bench vision --data ../shared/real
+
+        kempelen bench eyes --games 5
     """
     from kempelen.cli.bench_run import run_bench
 
-    run_bench(name, json_file, seed=seed, pgn=pgn, data=data)
+    run_bench(name, json_file, seed=seed, pgn=pgn, data=data, games=games)
