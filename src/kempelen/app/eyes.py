@@ -81,6 +81,8 @@ class GameEyes:
         self._square = config.table.square
         self._told = Sight.STARTING
         self._hand, self._hands = False, 0
+        self._coming = Layout({})
+        self._restarts = 0
         self._place: Array | None = None
         self._displaced = 0
         self._checked = 0.0
@@ -154,8 +156,15 @@ class GameEyes:
         """Take what the arbiter tells: the eye has to know what should stand on the board."""
         match event:
             case events.GameStarted() | events.MoveCommitted() | events.MoveTakenBack():
+                self._coming = event.layout
                 self.expect(event.layout)
                 self.reader.stands(self.position())
+            case events.MoveProposed():
+                self._coming = _after(self._coming, event.transfers)
+                if not self.reader.looks:
+                    self.expect(
+                        self._coming
+                    )  # a game that goes on with a move in hand: nothing was seen before
             case events.TransferStarted():
                 self.reader.moves()
 
@@ -198,6 +207,9 @@ class GameEyes:
         async for seen in self.eye.observe():
             now = asyncio.get_running_loop().time()
             self.reader.glance(seen)
+            if self.eye.restarts != self._restarts:
+                self._restarts = self.eye.restarts
+                self.expect(self._coming)  # a new eye begins from what will stand when the robot has gone
             if seen.sight is not last:
                 last, since = seen.sight, now
             self._tell_of_hands(seen)
@@ -241,12 +253,22 @@ class GameEyes:
             await self.bumped()
 
     async def _revive(self) -> None:
-        """The twin's camera is a process, too, and can die."""
+        """The twin's camera is a process, too, and can die; one that is only starting is left alone."""
         if self._control is not None:
             try:
-                await self._control.ask("restart_camera")
+                cameras = (await self._control.ask("stats"))["cameras"]
+                if not all(camera["alive"] for camera in cameras):
+                    await self._control.ask("restart_camera")
             except TwinError as error:
                 self._tell(events.SensorChanged(Sight.NO_CAMERA, str(error)))
+
+
+def _after(layout: Layout, transfers: Sequence[Transfer]) -> Layout:
+    """With all transfers made that are not."""
+    for transfer in transfers:
+        if layout.get(transfer.source) == transfer.piece and transfer.target not in layout:
+            layout = layout.after(transfer)
+    return layout
 
 
 async def _nothing() -> None:

@@ -38,6 +38,7 @@ from kempelen.game.opening import new_game
 from kempelen.game.pgn import GameScore
 from kempelen.game.players import PersonPlayer
 from kempelen.game.records import HandEmpty, Helped, Purpose
+from kempelen.game.state import GameState
 from kempelen.twin.keeping import StateLock
 
 
@@ -157,7 +158,7 @@ class LiveGame:
         # Ground truth and person know the true table: a calibration may be wrong, and must then show.
         true_table = self._config.build_table() if self.session.control is not None else table
         self.measurements = Measurements(true_table, self.session.control)
-        self.person = self._person(true_table, lambda: log.state.layout)
+        self.person = self._person(true_table, lambda: should_stand(log.state))
         self.arbiter = Arbiter(
             log, self.session.hand, self._measured(pairing), table,
             person=Helpful(self.person, log.write), options=options,
@@ -358,3 +359,12 @@ class LiveGame:
         if self._ended:
             self._twin_state.unlink(missing_ok=True)
             self._twin_state.with_suffix(".lock").unlink(missing_ok=True)
+
+
+def should_stand(state: GameState) -> Layout:
+    """What a person at the table sees to: the journal's layout, and a move by hand as if it were made."""
+    layout = state.layout
+    if state.pending is not None and state.pending.intent.by_hand:
+        for transfer in state.pending.transfers:
+            layout = layout.after(transfer)
+    return layout

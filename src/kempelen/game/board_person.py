@@ -92,10 +92,10 @@ class BoardPerson(PersonPlayer):
     async def _seen_or_written(
         self, board: chess.Board, on_thinking: OnThinking, reading: "asyncio.Future[Propose | TakenBack]"
     ) -> Proposal:
-        while True:
+        while not reading.done():
             move = await self._written(board, on_thinking, reading)
             if move is None:
-                return reading.result()
+                break
             if self._settles(move):
                 return self._told(move)
             if self._maker is None or not self._reader.on:
@@ -106,6 +106,7 @@ class BoardPerson(PersonPlayer):
             stuck.cancel()
             if not reading.done() and (self._settles(move) or not self._reader.on):
                 return self._told(move)
+        return reading.result()
 
     async def _written(
         self, board: chess.Board, on_thinking: OnThinking, reading: "asyncio.Future[Propose | TakenBack]"

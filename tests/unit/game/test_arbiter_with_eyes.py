@@ -326,6 +326,23 @@ async def test_what_a_friend_makes_is_known_by_seeing_it_alone() -> None:
     assert person.answered == 0
 
 
+async def test_nothing_is_wanted_of_whoever_types_once_the_move_is_read() -> None:
+    """Or the next line of a script would be taken for another move of the same turn."""
+    reader = Script()
+    friend = Friend(reader)
+    person = BoardPerson(reader, maker=friend)
+    friend.then = lambda: reader.seen.put_nowait(made("e2e4"))
+    asked = asyncio.ensure_future(person.propose(chess.Board(), lambda _: None))
+    await person.wanted.wait()
+    person.submit("e4")
+    wanted = asyncio.ensure_future(person.wanted.wait())
+    await asked
+    await settle()
+    assert not wanted.done()
+    wanted.cancel()
+    await asyncio.gather(wanted, return_exceptions=True)
+
+
 async def test_a_friend_answers_questions_about_his_own_move() -> None:
     reader = Script()
     friend = Friend(reader)

@@ -66,14 +66,14 @@ class CameraCrew:
     def restart(self, number: int) -> None:
         """Another process for a camera, with its present settings, in the place of one that is gone or hangs.
 
+        Its start is not waited for: the controller's time must not stand still meanwhile.
+
         Raises:
-            TwinError: there is no such camera, or it does not start.
+            TwinError: there is no such camera.
         """
         before = self._cameras[self._known(number)]
         before.close()
-        after = CameraProcess(before.spec, self._table)
-        self._cameras[number] = after
-        after.wait()
+        self._cameras[number] = CameraProcess(before.spec, self._table)
 
     def _known(self, number: int) -> int:
         if not 0 <= number < len(self._cameras):

@@ -115,6 +115,13 @@ class CameraProcess:
             raise TwinError(f"The twin's camera '{self.spec.ring}' did not start: {told['error']}")
         self.backend = str(told["backend"])
 
+    def _started(self) -> bool:
+        """Whether it can take pictures by now; one that cannot start is left for gone."""
+        if not self.backend and select.select([self._socket], [], [], 0.0)[0]:
+            with contextlib.suppress(TwinError):
+                self.wait()
+        return bool(self.backend)
+
     def tell(self, pieces: Sequence[StandingPiece], moment: float, qpos: Array, mocap: Array) -> None:
         """Where everything is now, unless the camera was told a moment ago.
 
@@ -125,7 +132,7 @@ class CameraProcess:
             mocap: (n, 7) places and attitudes of what is moved from outside.
         """
         now = time.monotonic()
-        if now < self._due:
+        if now < self._due or not self._started():
             return
         if pieces is not self._pieces and self._send({"pieces": [asdict(piece) for piece in pieces]}):
             self._pieces = pieces

@@ -1,0 +1,125 @@
+"""Games through the camera: the virtual hand moves, the eye reads, the robot's moves count once they are seen."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import chess
+import pytest
+
+from kempelen.app.cast import GameRequest
+from kempelen.app.people import VirtualPerson
+from kempelen.core import events
+from kempelen.core.places import Place
+from kempelen.core.senses import Sight
+from kempelen.game.modes import Mode
+from kempelen.testing.live import Stage
+from kempelen.testing.scenarios import Kill, Program
+
+pytestmark = pytest.mark.physics
+
+CASTLES = "rnbqk1nr/pppp1ppp/8/2b1p3/2B1P3/5N2/PPPP1PPP/RNBQK2R w KQkq - 0 1"
+CAPTURE = "4k3/pp6/2n5/3p4/4P3/5N2/PP6/4K3 w - - 0 1"
+
+
+def seen(folder: Path, fen: str = chess.STARTING_FEN) -> Stage:
+    return Stage(folder, GameRequest(Mode.PLAY, fen), sensor__kind="camera", play__hands="person")
+
+
+async def test_captures_and_castling_are_read_off_the_board(tmp_path: Path) -> None:
+    """What is typed is made by hand; the program knows of it by seeing it alone."""
+    async with seen(tmp_path, CASTLES) as stage:
+        stage.play()
+        await stage.type("Bxf7+")
+        await stage.cue("1. Bxf7+ by hand")
+        await stage.cue("1... ")
+        await stage.type("O-O")
+        await stage.cue("2. O-O by hand")
+        await stage.cue("2... ")
+        await stage.type("d4")  # typed as soon as it is wanted, that is, when the robot's move has been seen
+        await stage.cue("3. d4 by hand")
+        await stage.arbiter.resign(chess.WHITE)
+        report = await stage.report()
+        assert await stage.wrong() == []
+        assert getattr(stage.live.cast.person, "answered", 0) == 0
+    assert (report.interventions, report.disagreements) == (0, [])
+
+
+async def test_a_hand_that_moves_without_a_word(tmp_path: Path) -> None:
+    """Nobody types: the person moves, takes the move and its answer back on the board, and moves again."""
+    async with seen(tmp_path) as stage:
+        stage.play()
+        person = stage.live.person
+        assert isinstance(person, VirtualPerson)
+        await stage.cue("The board is in sight.")
+        assert stage.live.eyes is not None
+        await stage.live.eyes.awake()
+        await person.play(stage.live.board.copy(), chess.Move.from_uci("e2e4"))
+        await stage.cue("1. e4 by hand")
+        reply = await stage.cue("1... ")
+        while not stage.live.cast.person.to_move:
+            await stage.live.cast.person.wanted.wait()
+        taken_back = stage.live.board.copy()
+        move = taken_back.pop()
+        x, y = stage.live.session.table.centre(Place.at(move.to_square))[:2].tolist()
+        home = stage.live.session.table.centre(Place.at(move.from_square))[:2].tolist()
+        await stage.control.ask("carry", **{"from": [x, y], "to": home})
+        e4, e2 = (stage.live.session.table.centre(Place(name))[:2].tolist() for name in ("e4", "e2"))
+        await stage.control.ask("carry", **{"from": e4, "to": e2})
+        await stage.cue("Taken back: e4")
+        assert stage.live.board.move_stack == []
+        assert reply
+        await stage.arbiter.resign(chess.WHITE)
+        await stage.report()
+        assert await stage.wrong() == []
+
+
+async def test_the_eye_and_the_camera_die_and_the_lights_go_out(tmp_path: Path) -> None:
+    async with seen(tmp_path) as stage:
+        sights: list[Sight] = []
+        stage.arbiter.events.listen(
+            lambda event: sights.append(event.sight) if isinstance(event, events.SensorChanged) else None
+        )
+        stage.play()
+        await stage.type("e4")
+        await stage.cue("1. e4 by hand")
+        assert stage.live.eyes is not None
+        os.kill(stage.live.eyes.eye.pid or 0, signal.SIGKILL)
+        await stage.cue("1... ")
+        await stage.type("d4")
+        await stage.cue("2. d4 by hand")
+        await stage.control.ask("camera", change={"lighting": {"on": False}})
+        await stage.cue("The board is not in sight (dark).")
+        await stage.control.ask("camera", change={"lighting": {"on": True}})
+        await stage.cue("The board is in sight.")
+        cameras = (await stage.control.ask("stats"))["cameras"]
+        os.kill(cameras[0]["pid"], signal.SIGKILL)
+        await stage.cue("The board is not in sight (no camera).")
+        await stage.cue("The board is in sight.")
+        await stage.type("Nf3")
+        await stage.cue("3. Nf3 by hand")
+        await stage.arbiter.resign(chess.WHITE)
+        report = await stage.report()
+        assert await stage.wrong() == []
+    assert report.disagreements == []
+    assert Sight.DARK in sights
+
+
+@pytest.mark.parametrize("after", ["2. ", "carrying", "stands on"])
+def test_killed_in_a_game_through_the_camera(tmp_path: Path, after: str) -> None:
+    """While the person's hand is at work, while the robot carries, and before its move has been seen."""
+    report = tmp_path / "report.json"
+    options = ("--data-dir", str(tmp_path), "--speed", "max", "--report", str(report), "--sensor", "camera")
+    begin = ("play", "--fen", CAPTURE, "--level", "1", "--move-time", "0.05")
+    with Program(*begin, *options, typing=True) as program:
+        program.type("exd5")
+        program.type("Kf2")
+        assert Kill(after, 1, 0.05).strike(program), program.output
+    with Program("resume", "1", *options, typing=True) as program:
+        assert program.until("Your move, White."), program.output + program.errors
+        program.type("resign")
+        assert program.wait() == 0, program.errors
+    written = json.loads(report.read_text(encoding="utf-8"))
+    assert written["disagreements"] == []
+    assert written["interventions"] == 0
