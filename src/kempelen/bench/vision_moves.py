@@ -1,7 +1,8 @@
 """Moves named from two photos: one before whose position is known, one after; the camera is held by hand.
 
 Which way round the board lies and whose turn it is are known, as in a game. Two plies are recognised but not
-named: two photos tell them too badly from three. Beside it: the legal move whose squares changed their colour most, with no way of saying "unsure".
+named: two photos tell them too badly from three. Beside it: the legal move whose squares changed their colour
+most, with no way of saying "unsure".
 """
 
 from collections.abc import Callable, Iterator
@@ -33,8 +34,8 @@ _QUARTER_TURN = np.array([[0.0, -1.0, 8.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _PIXELS = 24  # of a square, for differences of colour
 _RIM = 5  # of these that belong to the neighbours as likely as not
 _BUDGET = 0.01
-"""Doubt that an accepted move may leave. In 189 pairs of photos that no single move connects no single move was
-accepted; the likeliest was never ahead of all else, strays included, by more than 2.9 nats."""
+"""Doubt that an accepted move may leave. In 189 pairs of photos that no single move connects none was accepted;
+the likeliest was never ahead of all else, strays included, by more than 2.9 nats."""
 _NOT_NAMED: Line = ()
 
 Seen = tuple[Frame, BoardSighting]
