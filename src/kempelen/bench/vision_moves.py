@@ -34,7 +34,8 @@ _QUARTER_TURN = np.array([[0.0, -1.0, 8.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _PIXELS = 24  # of a square, for differences of colour
 _RIM = 5  # of these that belong to the neighbours as likely as not
 _BUDGET = 0.01
-"""Doubt that an accepted move may leave. In 189 pairs of photos that no single move connects none was accepted;
+"""Doubt that an accepted move may leave. In 189 pairs of photos that no single move connects none was
+accepted;
 the likeliest was never ahead of all else, strays included, by more than 2.9 nats."""
 _NOT_NAMED: Line = ()
 
