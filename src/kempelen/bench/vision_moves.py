@@ -34,9 +34,10 @@ _QUARTER_TURN = np.array([[0.0, -1.0, 8.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _PIXELS = 24  # of a square, for differences of colour
 _RIM = 5  # of these that belong to the neighbours as likely as not
 _BUDGET = 0.01
-"""Doubt that an accepted move may leave. In 189 pairs of photos that no single move connects none was
-accepted;
-the likeliest was never ahead of all else, strays included, by more than 2.9 nats."""
+"""Doubt that an accepted move may leave. Photos of one game, two or three apart or in reverse, either side to
+move, made 189 questions: no single move was accepted wrongly, and a wrong one was never ahead of all else,
+strays included, by more than 2.9 nats. The reader's parameters were chosen on these photos too.
+"""
 _NOT_NAMED: Line = ()
 
 Seen = tuple[Frame, BoardSighting]
