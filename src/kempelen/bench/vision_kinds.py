@@ -1,8 +1,9 @@
 """How well a position without a history is read: which man stands on which square.
 
 Real photos count only where the weights have not been trained on that very file (known by its SHA-256, so
-in any folder and under any name). Drawn pictures are the twin's studio's, with sets and boards of another
-generator than those trained on. In both the board is where the labels say: finding it is measured by itself.
+in any folder and under any name). Drawn pictures are the twin's studio's: each shows a set and a board that
+the weights have not seen, drawn by the generator of a hundred of the pictures that they have. In both the
+board is where the labels say: finding it is measured by itself.
 """
 
 import statistics
