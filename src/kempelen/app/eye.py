@@ -116,6 +116,7 @@ class Eye:
 
     Attributes:
         restarts: How often its process had to be started again.
+        usual_side: Of the picture, at which White was seen to sit; for the next process.
     """
 
     def __init__(self, frames: Frames, settings: EyeSettings | None = None) -> None:
@@ -134,6 +135,7 @@ class Eye:
         self._recent: deque[_Seen] = deque(maxlen=_RECENT)
         self._count = 0
         self.restarts = 0
+        self.usual_side = ""
 
     async def __aenter__(self) -> Self:
         """Start the process; what it sees comes later."""
@@ -309,6 +311,7 @@ class Eye:
                 overrides=self._overrides,
                 square=settings.square,
                 side=settings.side,
+                usual=self.usual_side,
             )
             self._send("expect", fen=self._expected)
             self._send("mark", mark=self._marks)

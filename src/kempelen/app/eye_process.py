@@ -112,8 +112,8 @@ class EyeLoop:
         if begin is None:
             return 0
         use, overrides = Use(begin.fields["use"]), dict(begin.fields["overrides"])
-        side = begin.fields["side"]
-        finder = BoardFinder(square=begin.fields["square"], side=Side(side) if side else None)
+        sides = [Side(told) if (told := begin.fields[name]) else None for name in ("side", "usual")]
+        finder = BoardFinder(square=begin.fields["square"], side=sides[0], usual_side=sides[1])
         self._tracker = Tracker(TrackerSettings(use=use, overrides=overrides), finder=finder)
         try:
             while self._obey():

@@ -3,7 +3,7 @@
 ========= =============================================== ====================================================
 sent by   op                                              fields
 ========= =============================================== ====================================================
-program   ``begin``: first of all                         use, overrides, square, side
+program   ``begin``: first of all                         use, overrides, square, side, usual
 program   ``ring``: where frames come from                name (empty: nowhere), message
 program   ``expect``: what stands on the board            fen (board part; empty: nobody knows)
 program   ``mark``: from here on frames count as fresh    mark

@@ -11,6 +11,7 @@ import numpy as np
 
 from kempelen.app.board_reader import CameraReader
 from kempelen.app.camera_pose import BoardPose, measure_board
+from kempelen.app.camera_side import KnownSides, side_of
 from kempelen.app.cameras import open_camera
 from kempelen.app.config import TWIN_PORT, Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
@@ -79,6 +80,7 @@ class GameEyes:
         self._pieces = config.pieces.piece_set()
         self._control: TwinControl | None = None
         self._square = config.table.square
+        self._sides = KnownSides(config.data_dir / "white-sides.json")
         self._told = Sight.STARTING
         self._hand, self._hands = False, 0
         self._coming = Layout({})
@@ -114,7 +116,9 @@ class GameEyes:
         self._square = session.table.square
         try:
             frames = await self._frames(session)
-            self._eye = await self._stack.enter_async_context(Eye(frames, settings))
+            eye = Eye(frames, settings)
+            eye.usual_side = self._sides.get(self._config.camera_source)
+            self._eye = await self._stack.enter_async_context(eye)
         except BaseException:
             await self._stack.aclose()
             raise
@@ -244,6 +248,8 @@ class GameEyes:
             return
         if self._place is None:
             self._place = corners
+            self.eye.usual_side = side_of(corners)
+            self._sides.put(self._config.camera_source, self.eye.usual_side)
             return
         side = float(np.linalg.norm(corners[1] - corners[0])) / 8
         away = float(np.linalg.norm(corners - self._place, axis=1).max()) / side

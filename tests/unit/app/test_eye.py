@@ -98,7 +98,9 @@ async def test_it_ends_with_its_program() -> None:
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.DEVNULL,
     )  # fmt: skip
     assert process.stdin is not None
-    process.stdin.write(Note("begin", {"use": "both", "overrides": {}, "square": None, "side": ""}).encode())
+    process.stdin.write(
+        Note("begin", {"use": "both", "overrides": {}, "square": None, "side": "", "usual": ""}).encode()
+    )
     await process.stdin.drain()
     process.stdin.close()
     assert await asyncio.wait_for(process.wait(), PATIENCE_S) == 0

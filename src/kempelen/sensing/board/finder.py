@@ -42,13 +42,19 @@ class BoardFinder:
         method: One of :data:`METHODS`.
         square: Side of a square, mm; measured where there is depth, unknown otherwise, when None.
         side: Where White sits in the picture, if the operator has said so.
+        usual_side: Where White was seen to sit before; for positions whose few men do not tell.
 
     Raises:
         ValueError: no such method, or a square of no size.
     """
 
     def __init__(
-        self, method: str = "lattice", *, square: float | None = None, side: Side | None = None
+        self,
+        method: str = "lattice",
+        *,
+        square: float | None = None,
+        side: Side | None = None,
+        usual_side: Side | None = None,
     ) -> None:
         if method not in METHODS:
             raise ValueError(f"no method '{method}' to find a board: one of {', '.join(METHODS)}")
@@ -57,6 +63,7 @@ class BoardFinder:
         self.method = method
         self.square = square
         self.side = side
+        self.usual_side = usual_side
 
     def find(self, frame: Frame, position: chess.BaseBoard | None = None) -> BoardSighting:
         """Where the board is.
@@ -178,6 +185,8 @@ class BoardFinder:
             turned = turned_to(sighting, self.side)
         elif position is not None:
             turned = turned_by_position(sighting, picture, position)
+            if not turned.oriented and self.usual_side is not None:
+                turned = turned_to(sighting, self.usual_side)
         if turned.image_from_board is sighting.image_from_board or sighting.camera_from_board is None:
             return turned
         return replace(turned, camera_from_board=_half_turned_pose(sighting))
