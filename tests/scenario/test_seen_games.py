@@ -1,4 +1,4 @@
-"""Games through the camera: the virtual hand moves, the eye reads, the robot's moves count once they are seen."""
+"""Games through the camera: the virtual hand moves, the eye reads, what the robot does is looked at."""
 
 import json
 import os
@@ -106,7 +106,14 @@ async def test_the_eye_and_the_camera_die_and_the_lights_go_out(tmp_path: Path) 
     assert Sight.DARK in sights
 
 
-@pytest.mark.parametrize("after", ["2. ", "carrying", "stands on"])
+@pytest.mark.parametrize(
+    "after",
+    [
+        pytest.param("2. ", marks=pytest.mark.soak),
+        "carrying",
+        pytest.param("stands on", marks=pytest.mark.soak),
+    ],
+)
 def test_killed_in_a_game_through_the_camera(tmp_path: Path, after: str) -> None:
     """While the person's hand is at work, while the robot carries, and before its move has been seen."""
     report = tmp_path / "report.json"

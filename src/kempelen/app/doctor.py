@@ -16,6 +16,7 @@ from typing import TextIO
 
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.config import Config, default_config_path, load_config
+from kempelen.app.doctor_camera import check_camera_pose, examine_camera
 from kempelen.app.doctor_ports import examine_port, examine_serial_ports
 from kempelen.app.doctor_probe import examine_physics, examine_rendering
 from kempelen.app.doctor_rows import Check, fail, failed, ok, warn
@@ -58,6 +59,9 @@ async def examine(
         yield row
     yield await examine_physics()
     yield await examine_rendering()
+    yield await examine_camera(config)
+    if config.has_eyes:
+        yield check_camera_pose(config)
     for row in check_terminal(sys.stdout):
         yield row
 

@@ -34,6 +34,14 @@ print(picture.shape)
 """
 
 
+_TWIN_CAMERA = """
+import mujoco
+from kempelen.twin.cameras.render import make_renderer
+model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+print(make_renderer(model, "auto").name)
+"""
+
+
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """How a probe ended.
@@ -65,8 +73,16 @@ async def examine_rendering(backends: Sequence[str] = GL_BACKENDS) -> Check:
     return warn(
         "rendering",
         f"no GL library draws ({'; '.join(complaints)})",
-        "Games need none; for pictures: sudo apt install libegl1 libosmesa6",
+        "Games need none, the twin's camera is slower without; sudo apt install libegl1 libosmesa6",
     )
+
+
+async def examine_twin_camera() -> Check:
+    """The twin's camera can draw, by whatever way."""
+    outcome = await run_probe(_TWIN_CAMERA)
+    if outcome.worked:
+        return ok("camera", f"the twin's, drawn by {outcome.said}")
+    return fail("camera", f"the twin's cannot draw: {outcome.said}", "Play without it: --sensor none")
 
 
 async def run_probe(code: str, seconds: float = PROBE_SECONDS, **environment: str) -> Outcome:

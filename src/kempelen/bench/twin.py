@@ -95,7 +95,14 @@ def famous_games() -> list[GameScore]:
 async def _replay(score: GameScore, seed: int) -> tuple[GameReport, Measurements]:
     with tempfile.TemporaryDirectory(prefix="kempelen-bench-") as folder:
         config = load_config(
-            None, {"data.dir": folder, "twin.speed": "max", "twin.seed": seed, "robot.port": "twin"}
+            None,
+            {
+                "data.dir": folder,
+                "twin.speed": "max",
+                "twin.seed": seed,
+                "robot.port": "twin",
+                "sensor.kind": "none",
+            },
         )
         async with LiveGame(config, GameRequest(Mode.REPLAY, score.start_fen, score=score), _nobody) as game:
             return await game.play(), game.measurements

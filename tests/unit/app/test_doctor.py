@@ -8,11 +8,14 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from kempelen.app import doctor, doctor_ports, doctor_probe
 from kempelen.app.calibration_file import save_calibration
 from kempelen.app.config import Config, load_config
+from kempelen.app.doctor_camera import check_camera_pose, examine_camera
 from kempelen.app.doctor_ports import examine_port, examine_serial_ports, permission_advice
 from kempelen.app.doctor_probe import examine_physics, examine_rendering, run_probe
 from kempelen.app.doctor_rows import Check, Status
@@ -276,3 +279,30 @@ async def test_all_of_it_on_this_machine() -> None:
     assert {"serial port", "engine", "physics", "rendering", "terminal"} <= set(names)
     assert [row for row in rows if row.status is Status.FAIL and row.name != "engine"] == []
     assert all(row.todo for row in rows if row.status is not Status.OK)
+
+
+async def test_the_camera_is_opened_and_described(tmp_path: Path) -> None:
+    picture = tmp_path / "board.png"
+    cv2.imwrite(str(picture), np.full((48, 64, 3), 90, np.uint8))
+    seen = {"sensor.kind": "camera", "data.dir": str(tmp_path)}
+    row = await examine_camera(load_config(None, {**seen, "camera.source": f"picture:{picture},frames=0"}))
+    assert (row.status, "colour 64 x 48" in row.found) == (Status.OK, True)
+    row = await examine_camera(load_config(None, {**seen, "camera.source": "picture:nowhere.png"}))
+    assert row.status is Status.FAIL
+    row = await examine_camera(load_config(None, {**seen, "camera.source": "spyglass:0"}))
+    assert (row.status, "Cameras:" in row.todo) == (Status.FAIL, True)
+
+
+async def test_a_machine_without_a_camera_needs_none(tmp_path: Path) -> None:
+    machine = {"robot.port": "/dev/ttyUSB0", "data.dir": str(tmp_path)}
+    assert (await examine_camera(load_config(None, machine))).status is Status.OK
+    wanted = load_config(None, {**machine, "sensor.kind": "camera"})
+    assert (await examine_camera(wanted)).status is Status.WARN
+    assert check_camera_pose(wanted).todo == "Measure it once: kempelen calibrate --camera"
+    wanted.camera_calibration_path.write_text("{}")
+    assert check_camera_pose(wanted).status is Status.FAIL
+
+
+async def test_the_twins_camera_draws_somehow() -> None:
+    row = await examine_camera(load_config(None, {"sensor.kind": "camera"}))
+    assert (row.status, row.found.startswith("the twin's, drawn by")) == (Status.OK, True)
