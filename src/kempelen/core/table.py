@@ -170,8 +170,8 @@ class Table:
         pieces: Sizes of the six kinds.
         gripper: Sizes of the hand.
         space: What the tool point can reach.
-        aside: How far beyond the board's side the hand parks, as far as it reaches, mm: a camera that sees the
-            gantry's beam needs more than the hand alone.
+        aside: How far beyond the board's side the hand parks, as far as it reaches, mm: a camera that sees
+            the gantry's beam needs more than the hand alone.
 
     Raises:
         FitError: two trays have the same name.
