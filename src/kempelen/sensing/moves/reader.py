@@ -168,9 +168,20 @@ class MoveReader:
         joint = hypotheses.scores(ratios) + prior
         best = int(np.argmax(joint))
         total = float(np.logaddexp.reduce(joint))
-        rest = float(np.logaddexp.reduce(np.delete(joint, best))) if len(joint) > 1 else -np.inf
+        others = np.delete(joint, [best, *self._same_move(hypotheses.all[best])])
+        rest = float(np.logaddexp.reduce(others)) if len(others) else -np.inf
         stray, seen = self._strays(ratios, hypotheses.after(hypotheses.all[best]), unseen)
         return Belief(best, float(joint[best]) - rest, joint - total, stray, seen)
+
+    def _same_move(self, best: Hypothesis) -> list[int]:
+        """Half-made moves that could only become the one that is seen whole: no other move's rivals."""
+        if best.happened is not Happened.MOVE:
+            return []
+        return [
+            index
+            for index, half in enumerate(self._hypotheses.all)
+            if half.happened is Happened.HALF and set(half.lines) <= set(best.lines)
+        ]
 
     def _strays(self, ratios: Array, states: States, unseen: float) -> tuple[float, Array]:
         """Log odds of any other change than those that lead to ``states``, and what is seen then."""
