@@ -2,13 +2,14 @@
 
 The whole program plays: the person's moves are made by the twin's virtual hand and known by seeing them
 alone; the engine's are made by the robot, and count once they are seen. The script knows what it made, which
-is the truth that the named moves are compared with.
+is the truth that the named moves are compared with. Of a promotion whose squares were named, the new piece's
+kind may be asked of the person, as designed: it counts as named, and such questions are counted apart.
 """
 
 import asyncio
 import random
 import tempfile
-from collections.abc import Coroutine, Mapping
+from collections.abc import Coroutine, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -43,8 +44,9 @@ class Tally:
 
     Attributes:
         made: Moves that the person made.
-        named: Of these, named rightly with nobody's help.
-        told: Of these, named after a question.
+        named: Of these, named rightly with nobody's help, but perhaps for a promoted piece's kind.
+        kinds: Times that the kind of a promoted piece was asked.
+        told: Of those made, named after any other question.
         wrong: Of these, taken for another move.
         checked: Moves of the robot that counted.
         helps: Requests to put something right.
@@ -53,6 +55,7 @@ class Tally:
 
     made: int = 0
     named: int = 0
+    kinds: int = 0
     told: int = 0
     wrong: int = 0
     checked: int = 0
@@ -62,7 +65,7 @@ class Tally:
 
     def add(self, other: "Tally") -> None:
         """Take in another game."""
-        for name in ("made", "named", "told", "wrong", "checked", "helps", "differs"):
+        for name in ("made", "named", "kinds", "told", "wrong", "checked", "helps", "differs"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for kind, count in other.special.items():
             self.special[kind] = self.special.get(kind, 0) + count
@@ -90,6 +93,7 @@ def _figures(total: Tally) -> dict[str, float]:
     return {
         "twin_moves": total.made,
         "twin_moves_named": total.named,
+        "twin_kinds_asked": total.kinds,
         "twin_moves_told": total.told,
         "twin_wrong_accepts": total.wrong,
         "twin_robot_moves": total.checked,
@@ -104,6 +108,7 @@ def _row(name: str, tally: Tally) -> dict[str, Any]:
         "data": "twin",
         "games": name,
         **counted(tally.named, tally.made),
+        "kinds": tally.kinds,
         "told": tally.told,
         "wrong": tally.wrong,
         "robot_moves": tally.checked,
@@ -162,6 +167,7 @@ class ScriptedGame:
         self._colour = colour
         self._committed = asyncio.Event()
         self._named = ""
+        self._asked: list[tuple[str, ...]] = []
         self.tally = Tally()
 
     async def play(self) -> Tally:
@@ -196,6 +202,8 @@ class ScriptedGame:
                 self._committed.set()
             case events.MoveCommitted():
                 self.tally.checked += 1
+            case events.SensorUnsure(candidates=candidates) if candidates:
+                self._asked.append(candidates)
             case events.OperatorAsked():
                 self.tally.helps += 1
             case _:
@@ -207,6 +215,7 @@ class ScriptedGame:
         move = chosen(board, self._rng)
         answered = getattr(person, "answered", 0)
         self._committed.clear()
+        self._asked.clear()
         self._note(board, move)
         person.submit(move.uci())
         if not await _first(self._committed.wait(), playing):
@@ -215,7 +224,10 @@ class ScriptedGame:
             self.tally.wrong += 1
             return False
         told = getattr(person, "answered", 0) > answered
-        self.tally.named, self.tally.told = self.tally.named + (not told), self.tally.told + told
+        kind = told and all(of_one_promotion(candidates) for candidates in self._asked)
+        self.tally.named += kind or not told
+        self.tally.kinds += kind
+        self.tally.told += told and not kind
         return True
 
     def _note(self, board: chess.Board, move: chess.Move) -> None:
@@ -237,6 +249,11 @@ class ScriptedGame:
         straight = transfer.source.name[0] == transfer.target.name[0] and transfer.target.is_square
         pawn = transfer.piece.piece_type == chess.PAWN and transfer.source.is_square
         return {"slide": True} if pawn and straight and chance > 1 - _SLIDES else {}
+
+
+def of_one_promotion(candidates: Iterable[str]) -> bool:
+    """Whether moves in UCI differ in nothing but the piece that a pawn becomes."""
+    return all(len(uci) == len("e7e8q") for uci in candidates) and len({uci[:4] for uci in candidates}) == 1
 
 
 def _beside(transfer: Transfer, rng: random.Random) -> Place:
