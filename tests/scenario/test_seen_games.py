@@ -3,14 +3,21 @@
 import json
 import os
 import signal
+from datetime import UTC, datetime
 from pathlib import Path
 
 import chess
 import pytest
 
+from kempelen.app.calibration_file import load_calibration, save_calibration
+from kempelen.app.camera_pose import CameraPose, as_calibration, measure_board, save_camera_pose, shift_of
 from kempelen.app.cast import GameRequest
+from kempelen.app.config import load_config
+from kempelen.app.eye import Eye, EyeSettings
 from kempelen.app.people import VirtualPerson
+from kempelen.app.view import open_view
 from kempelen.core import events
+from kempelen.core.geometry import Transform
 from kempelen.core.places import Place
 from kempelen.core.senses import Sight
 from kempelen.game.modes import Mode
@@ -130,3 +137,35 @@ def test_killed_in_a_game_through_the_camera(tmp_path: Path, after: str) -> None
     written = json.loads(report.read_text(encoding="utf-8"))
     assert written["disagreements"] == []
     assert written["interventions"] == 0
+
+
+async def test_a_board_elsewhere_than_it_was_touched_is_measured_by_camera_alone(tmp_path: Path) -> None:
+    """As after a bump: the robot believes the board 7 mm off and turned; the camera tells it better."""
+    config = load_config(None, {"data.dir": str(tmp_path), "sensor.kind": "camera"})
+    true = config.build_table().robot_from_board
+    async with open_view(config, chess.Board()) as frames, Eye(frames, EyeSettings(square=50.0)) as eye:
+        eye.expect(chess.Board())
+        seen_at = await measure_board(eye, 50.0)
+    pose = CameraPose(true @ seen_at.camera_from_board.inverse(), "twin", seen_at.spread, datetime.now(UTC))
+    save_camera_pose(config.camera_calibration_path, pose)
+    before = true @ Transform.about_z(0.012, (6.0, -4.0, 0.0))
+    save_calibration(config.calibration_path, as_calibration(before, 50.0))
+    async with seen(tmp_path) as stage:
+        stage.play()
+        await stage.cue("The board is in sight.")
+        said = await stage.live.board_was_bumped()
+        table = stage.live.session.table
+        assert "The board has moved by" in said
+        assert not stage.arbiter.paused
+        assert shift_of(true, before, 50.0) > 5.0
+        assert shift_of(true, table.robot_from_board, 50.0) < 1.5
+        await stage.type("e4")
+        await stage.cue("1. e4 by hand")
+        await stage.cue("1... ")
+        await stage.type("d4")
+        await stage.cue("2. d4 by hand")
+        await stage.arbiter.resign(chess.WHITE)
+        report = await stage.report()
+        assert await stage.wrong() == []
+    assert report.interventions == 0
+    assert load_calibration(config.calibration_path) is not None
