@@ -15,7 +15,13 @@ from kempelen.sensing.board import hough, reasons
 from kempelen.sensing.board.fit import fit_board
 from kempelen.sensing.board.follow import follow_board
 from kempelen.sensing.board.lattice import inverse
-from kempelen.sensing.board.orientation import Side, board_from_window, turned_by_position, turned_to
+from kempelen.sensing.board.orientation import (
+    Side,
+    board_from_window,
+    turned_by_position,
+    turned_to,
+    unmirrored,
+)
 from kempelen.sensing.board.placement import ROWS
 from kempelen.sensing.board.plane import depth_points, find_plane, find_table, image_from_plane, meet
 from kempelen.sensing.board.pose import camera_from_board
@@ -218,9 +224,7 @@ def _find_by_opencv(picture: Picture) -> BoardSighting:
     fitted = fit_board(places, pixels)
     if fitted is None:
         raise BoardNotFoundError("OpenCV's corners form no board.", hint="Use the method 'lattice'.")
-    window = fitted.pixels_from_window
-    if np.linalg.det(window) * window[2, 2] < 0:
-        window = window @ np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    window = unmirrored(fitted.pixels_from_window)
     dark = hough.dark_corner(picture, window)
     return BoardSighting(board_from_window(window, dark_corner=dark), fitted.residual, 1.0, "opencv")
 

@@ -69,8 +69,7 @@ def _rests(off: Array) -> bool:
 
 def _cut_out(picture: Picture, last: BoardSighting) -> tuple[Picture, Array]:
     """The board's part of the picture, and (3, 3) from its pixels to the picture's."""
-    ends = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
-    around = last.pixels(ends + np.sign(ends - ROWS / 2) * _MARGIN)
+    around = last.pixels(OUTER_CORNERS + np.sign(OUTER_CORNERS - ROWS / 2) * _MARGIN)
     height, width = picture.shape[:2]
     low = np.clip(np.floor(around.min(axis=0)), 0, (width - 2, height - 2)).astype(int)
     high = np.clip(np.ceil(around.max(axis=0)) + 1, low + 2, (width, height)).astype(int)

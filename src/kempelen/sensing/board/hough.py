@@ -16,9 +16,9 @@ from kempelen.core.camera import Picture
 from kempelen.core.errors import BoardNotFoundError
 from kempelen.core.geometry import Array
 from kempelen.sensing.board.corners import View
-from kempelen.sensing.board.lattice import TINY, apply, fit_homography, inverse
-from kempelen.sensing.board.orientation import board_from_window
-from kempelen.sensing.board.placement import ROWS
+from kempelen.sensing.board.lattice import TINY, apply, fit_homography, inverse, lines_apart, window_sums
+from kempelen.sensing.board.orientation import board_from_window, unmirrored
+from kempelen.sensing.board.placement import GRID, ROWS
 from kempelen.sensing.sighting import BoardSighting
 
 _LONGEST = 1000  # px
@@ -40,7 +40,6 @@ _FAR = 0.5  # squares, at which the distance of a point stops to count
 _GOOD = 0.16  # squares: mean distance of a model's points from crossings; half of _FAR is chance
 _NEAR = 0.25
 _ALTERNATION = 1.5  # deviations between light and dark squares; chance shows 0.5
-_GRID = np.stack(np.meshgrid(np.arange(ROWS + 1.0), np.arange(ROWS + 1.0)), axis=-1).reshape(-1, 2)
 
 
 def find_by_lines(picture: Picture, image_from_flat: Array | None = None) -> BoardSighting:
@@ -60,12 +59,7 @@ def find_by_lines(picture: Picture, image_from_flat: Array | None = None) -> Boa
     flat, _ = apply(inverse(image_from_flat), crossings)
     model = _best_grid(flat)
     fitted, residual = _refined(model, flat)
-    window = image_from_flat @ fitted
-    window = (
-        window
-        if np.linalg.det(window) * window[2, 2] > 0
-        else window @ np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, 1]])
-    )
+    window = unmirrored(image_from_flat @ fitted)
     if abs(_contrast(picture, window)) < _ALTERNATION:
         raise _no_grid("a grid whose squares do not alternate")
     return BoardSighting(
@@ -92,24 +86,18 @@ def _two_directions(lines: Array) -> tuple[Array, Array]:
     """The lines along the commonest direction, and those across it."""
     angles = lines[:, 1]
     first = _fullest(angles, np.ones(len(lines), dtype=bool))
-    along = _turn(angles, first) < _SAME_ANGLE
+    along = lines_apart(angles, first) < _SAME_ANGLE
     if along.all():
         raise _no_grid("edges in one direction only")
     second = _fullest(angles, ~along)
-    across = ~along & (_turn(angles, second) < _SAME_ANGLE)
+    across = ~along & (lines_apart(angles, second) < _SAME_ANGLE)
     return lines[along], lines[across]
 
 
 def _fullest(angles: Array, wanted: npt.NDArray[np.bool_]) -> float:
     candidates = angles[wanted]
-    counts = (_turn(candidates[:, None], candidates[None]) < _SAME_ANGLE / 2).sum(axis=1)
+    counts = (lines_apart(candidates[:, None], candidates[None]) < _SAME_ANGLE / 2).sum(axis=1)
     return float(candidates[int(np.argmax(counts))])
-
-
-def _turn(first: Array | float, second: Array | float) -> Array:
-    off = np.abs(np.asarray(first) - np.asarray(second)) % np.pi
-    out: Array = np.minimum(off, np.pi - off)
-    return out
 
 
 def _crossings(first: Array, second: Array, view: View) -> Array:
@@ -160,16 +148,8 @@ def _best_grid(points: Array) -> Array:
         wide = np.stack(np.meshgrid(np.arange(-ROWS, ROWS + 1), np.arange(-ROWS, ROWS + 1)), axis=-1)
         distance, _ = tree.query(origin + wide.reshape(-1, 2) @ axes, distance_upper_bound=_FAR * side)
         table = np.minimum(distance / side, _FAR).reshape(2 * ROWS + 1, 2 * ROWS + 1)
-        sums = np.zeros((2 * ROWS + 2, 2 * ROWS + 2))
-        sums[1:, 1:] = table.cumsum(axis=0).cumsum(axis=1)
         low = ROWS - cells
-        high = low + ROWS + 1
-        totals = (
-            sums[high[:, 1], high[:, 0]]
-            - sums[low[:, 1], high[:, 0]]
-            - sums[high[:, 1], low[:, 0]]
-            + sums[low[:, 1], low[:, 0]]
-        )
+        totals = window_sums(table, ROWS + 1, ROWS + 1)[low[:, 1], low[:, 0]]
         cell = int(np.argmin(totals))
         if totals[cell] < least:
             least = float(totals[cell])
@@ -177,7 +157,7 @@ def _best_grid(points: Array) -> Array:
             best = np.array(
                 [[first[0], second[0], corner[0]], [first[1], second[1], corner[1]], [0.0, 0.0, 1.0]]
             )
-    if best is None or least > _GOOD * len(_GRID):
+    if best is None or least > _GOOD * len(GRID):
         raise _no_grid("crossings of edges that form no grid of 8 by 8 squares")
     return best
 
@@ -203,11 +183,11 @@ def _refined(model: Array, points: Array) -> tuple[Array, float]:
     """Least squares over the crossings near the model's points, and their RMS distance in squares."""
     tree = cKDTree(points)
     for _ in range(3):
-        placed, _unused = apply(model, _GRID)
+        placed, _unused = apply(model, GRID)
         side = np.sqrt(abs(np.linalg.det(model[:2, :2])))
         distance, nearest = tree.query(placed)
         good = distance < _NEAR * side
-        fitted = fit_homography(_GRID[good], points[nearest[good]]) if good.sum() > ROWS else None
+        fitted = fit_homography(GRID[good], points[nearest[good]]) if good.sum() > ROWS else None
         if fitted is None:
             break
         model = fitted
@@ -222,7 +202,7 @@ def dark_corner(picture: Picture, window: Array) -> bool:
 
 def _contrast(picture: Picture, window: Array) -> float:
     """Deviations by which squares of the other colour are lighter than those of the origin's."""
-    cells = _GRID[(_GRID < ROWS).all(axis=1)]
+    cells = GRID[(GRID < ROWS).all(axis=1)]
     pixels, _ = apply(window, cells + 0.5)
     size = np.array([picture.shape[1], picture.shape[0]])
     inside = ((pixels >= 0) & (pixels < size - 1)).all(axis=1)

@@ -61,11 +61,10 @@ class Lattice:
     def core(self, span: int) -> "Lattice":
         """The part of it in the fullest window of ``span`` rows and columns: without chance clutter."""
         low = self.indices.min(axis=0)
-        table = np.zeros(np.ptp(self.indices, axis=0) + 1 + 2 * span, dtype=np.int64)
+        table = np.zeros(np.ptp(self.indices, axis=0) + 1 + 2 * span)
         table[tuple((self.indices - low + span).T)] = 1
-        sums = table.cumsum(axis=0).cumsum(axis=1)
-        counts = sums[span:, span:] - sums[:-span, span:] - sums[span:, :-span] + sums[:-span, :-span]
-        start = np.array(np.unravel_index(int(np.argmax(counts)), counts.shape)) + 1 - span + low
+        counts = window_sums(table, span, span)
+        start = np.array(np.unravel_index(int(np.argmax(counts)), counts.shape)) - span + low
         inside = ((self.indices >= start) & (self.indices < start + span)).all(axis=1)
         return replace(self, indices=self.indices[inside], members=self.members[inside])
 
@@ -150,6 +149,16 @@ def apply(homography: Array, points: Array) -> tuple[Array, Array]:
     return raised[:, :2] / np.where(np.abs(depth) < TINY, TINY, depth)[:, None], depth
 
 
+def window_sums(values: Array, rows: int, columns: int) -> Array:
+    """Sums over all windows of that many rows and columns, by the window's first row and column."""
+    table = np.zeros((values.shape[0] + 1, values.shape[1] + 1))
+    table[1:, 1:] = values.cumsum(axis=0).cumsum(axis=1)
+    sums: Array = (
+        table[rows:, columns:] - table[:-rows, columns:] - table[rows:, :-columns] + table[:-rows, :-columns]
+    )
+    return sums
+
+
 def _normalised(points: Array) -> tuple[Array, Array]:
     """Matrix and points with their mean at 0 and a spread of 1 (Hartley 1997)."""
     centre = points.mean(axis=0)
@@ -158,10 +167,11 @@ def _normalised(points: Array) -> tuple[Array, Array]:
     return matrix, (points - centre) / spread
 
 
-def _apart(first: Array, second: Array) -> Array:
-    """Angle between two lines, 0 to pi / 2."""
-    turned = np.abs(first - second) % np.pi
-    return np.minimum(turned, np.pi - turned)
+def lines_apart(first: npt.ArrayLike, second: npt.ArrayLike) -> Array:
+    """Angle between lines of those directions, 0 to pi / 2; rad."""
+    turned = np.abs(np.subtract(first, second)) % np.pi
+    out: Array = np.minimum(turned, np.pi - turned)
+    return out
 
 
 def _links(corners: Corners) -> Indices:
@@ -174,9 +184,9 @@ def _links(corners: Corners) -> Indices:
     out = np.full((count, 4), -1, dtype=np.int64)
     for axis in (0, 1):
         mine, other = corners.axes[:, axis, None], corners.axes[:, 1 - axis, None]
-        fits = _apart(heading, mine) < _ALONG
-        fits &= _apart(heading, corners.axes[near, 1 - axis]) < _ALONG
-        fits &= _apart(other, corners.axes[near, axis]) < _PARALLEL
+        fits = lines_apart(heading, mine) < _ALONG
+        fits &= lines_apart(heading, corners.axes[near, 1 - axis]) < _ALONG
+        fits &= lines_apart(other, corners.axes[near, axis]) < _PARALLEL
         ahead = np.cos(heading - mine) > 0
         for side, wanted in enumerate((ahead, ~ahead)):
             usable = fits & wanted
@@ -284,7 +294,9 @@ def axes_fit(
     second = np.where(turned, headings[0], headings[1])
     this_side = depth * np.median(depth) > 0 if len(depth) else np.zeros(0, dtype=bool)
     fits: npt.NDArray[np.bool_] = (
-        this_side & (_apart(first, axes[:, 0]) < _PARALLEL) & (_apart(second, axes[:, 1]) < _PARALLEL)
+        this_side
+        & (lines_apart(first, axes[:, 0]) < _PARALLEL)
+        & (lines_apart(second, axes[:, 1]) < _PARALLEL)
     )
     return fits
 

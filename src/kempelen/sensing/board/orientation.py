@@ -56,6 +56,14 @@ def board_from_window(pixels_from_window: Array, *, dark_corner: bool) -> Array:
     return nearest_side(turned, Side.BOTTOM)
 
 
+def unmirrored(pixels_from_window: Array) -> Array:
+    """The same window with its y axis to the right of its x axis, as pictures have it."""
+    if np.linalg.det(pixels_from_window) * pixels_from_window[2, 2] > 0:
+        return pixels_from_window
+    swapped: Array = pixels_from_window[:, [1, 0, 2]]
+    return swapped
+
+
 def half_turned(image_from_board: Array) -> Array:
     """The same board with h8 for a1."""
     out: Array = image_from_board @ _HALF_TURN

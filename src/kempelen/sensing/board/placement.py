@@ -13,9 +13,11 @@ import numpy.typing as npt
 
 from kempelen.core.geometry import Array
 from kempelen.sensing.board.contrast import Contrasts
-from kempelen.sensing.board.lattice import Indices
+from kempelen.sensing.board.lattice import Indices, window_sums
 
 ROWS = 8
+GRID = np.stack(np.meshgrid(np.arange(ROWS + 1.0), np.arange(ROWS + 1.0)), axis=-1).reshape(-1, 2)
+"""(81, 2) squares: where squares meet, the board's edge included; row by row."""
 _BEYOND = 1  # squares looked at on each side of what may be the board: where it must have ended
 
 # Densities of a contrast, mixtures of (weight, mean, deviation) fitted by expectation maximisation to
@@ -76,13 +78,13 @@ def place_board(contrasts: Contrasts, indices: Indices) -> Placement:
     inside_down, border_down = _ratios(contrasts.down)
     corner = _corner_ratios(contrasts, indices)
     scores = (
-        _windows(inside_across[:, 1:-1], ROWS, ROWS - 1)
-        + _windows(inside_down[1:-1], ROWS - 1, ROWS)
-        + _windows(corner, ROWS - 1, ROWS - 1)
+        window_sums(inside_across[:, 1:-1], ROWS, ROWS - 1)
+        + window_sums(inside_down[1:-1], ROWS - 1, ROWS)
+        + window_sums(corner, ROWS - 1, ROWS - 1)
     )
-    sides, ends = _windows(border_across, ROWS, 1), _windows(border_down, 1, ROWS)
+    sides, ends = window_sums(border_across, ROWS, 1), window_sums(border_down, 1, ROWS)
     scores += sides[:, :-ROWS] + sides[:, ROWS:] + ends[:-ROWS] + ends[ROWS:]
-    scores = _DEPENDENCE * scores - _UNSEEN * _windows((~contrasts.seen).astype(np.float64), ROWS, ROWS)
+    scores = _DEPENDENCE * scores - _UNSEEN * window_sums((~contrasts.seen).astype(np.float64), ROWS, ROWS)
     row, column = np.unravel_index(int(np.argmax(scores)), scores.shape)
     best = float(scores[row, column])
     window = slice(row, row + ROWS), slice(column, column + ROWS)
@@ -129,16 +131,6 @@ def _corner_ratios(contrasts: Contrasts, indices: Indices) -> Array:
     miss = np.log((1 - _CORNER_INSIDE) / (1 - _CORNER_OUTSIDE))
     out: Array = np.where(found, hit, np.where(visible, miss, 0.0))
     return out
-
-
-def _windows(values: Array, rows: int, columns: int) -> Array:
-    """Sums over all windows of that size."""
-    table = np.zeros((values.shape[0] + 1, values.shape[1] + 1))
-    table[1:, 1:] = values.cumsum(axis=0).cumsum(axis=1)
-    sums: Array = (
-        table[rows:, columns:] - table[:-rows, columns:] - table[rows:, :-columns] + table[:-rows, :-columns]
-    )
-    return sums
 
 
 def _by_line(across: Array, down: Array, row: int, column: int) -> tuple[Array, Array]:

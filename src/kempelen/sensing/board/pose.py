@@ -5,10 +5,8 @@ import numpy as np
 
 from kempelen.core.camera import Intrinsics
 from kempelen.core.geometry import Array, Transform
-from kempelen.sensing.board.placement import ROWS
+from kempelen.sensing.board.placement import GRID
 from kempelen.sensing.sighting import moved
-
-_GRID = np.stack(np.meshgrid(np.arange(ROWS + 1.0), np.arange(ROWS + 1.0)), axis=-1).reshape(-1, 2)
 
 
 def camera_from_board(
@@ -27,8 +25,8 @@ def camera_from_board(
     Returns:
         None when no pose has the board's upper side towards the camera.
     """
-    pixels = moved(image_from_board, _GRID)
-    points = np.column_stack([_GRID * square, np.zeros(len(_GRID))])
+    pixels = moved(image_from_board, GRID)
+    points = np.column_stack([GRID * square, np.zeros(len(GRID))])
     distortion = np.array(intrinsics.distortion)
     try:
         found, turns, shifts, _ = cv2.solvePnPGeneric(
@@ -50,15 +48,6 @@ def camera_from_board(
         if best is None or off < best[1]:
             best = pose, off
     return best
-
-
-def straightened(pixels: Array, intrinsics: Intrinsics | None) -> Array:
-    """(n, 2) pixels as a camera without distortion would see them."""
-    if intrinsics is None or not intrinsics.distorted:
-        return pixels
-    rays = intrinsics.rays(pixels)
-    out: Array = rays[:, :2] * (intrinsics.fx, intrinsics.fy) + (intrinsics.cx, intrinsics.cy)
-    return out
 
 
 def _orthonormal(rotation: Array) -> Array:

@@ -7,12 +7,11 @@ from kempelen.core.camera import Picture
 from kempelen.core.errors import BoardNotFoundError
 from kempelen.core.geometry import Array
 from kempelen.sensing.board.corners import Grey
-from kempelen.sensing.board.placement import ROWS, Placement
+from kempelen.sensing.board.placement import GRID, ROWS, Placement
+from kempelen.sensing.sighting import OUTER_CORNERS, moved
 
 _DARK = 24.0  # grey levels of the brightest hundredth: below it nothing is lit
-_FLAT = (
-    6.0  # grey levels between the 2nd and the 98th percentile of the blurred picture: one surface fills it
-)
+_FLAT = 6.0  # grey levels between the 2nd and 98th percentile of the blurred picture: one surface fills it
 _UNRELATED = 0.25  # correlation of neighbouring pixels: lenses blur, noise does not
 _LEAST_SQUARE = 6.0  # px: whatever stands on smaller squares cannot be seen
 _BLUR = 15  # px
@@ -68,8 +67,11 @@ def two_boards() -> BoardNotFoundError:
     )
 
 
-def too_small(side: float) -> BoardNotFoundError:
-    """Squares are too few pixels wide, or seen too much from the side."""
+def too_small(image_from_board: Array) -> BoardNotFoundError | None:
+    """Squares of too few pixels, or seen too much from the side; None when they can be read."""
+    side = _narrowest(image_from_board)
+    if side >= _LEAST_SQUARE:
+        return None
     return BoardNotFoundError(
         f"The board is too small or seen too much from the side: its squares are {side:.0f} px at the "
         f"narrowest, at least {_LEAST_SQUARE:.0f} are needed.",
@@ -77,11 +79,9 @@ def too_small(side: float) -> BoardNotFoundError:
     )
 
 
-def narrowest(image_from_board: Array) -> float:
+def _narrowest(image_from_board: Array) -> float:
     """The smaller extent in pixels of the square that is seen smallest."""
-    grid = np.stack(np.meshgrid(np.arange(ROWS + 1.0), np.arange(ROWS + 1.0)), axis=-1)
-    raised = np.concatenate([grid, np.ones((ROWS + 1, ROWS + 1, 1))], axis=-1) @ image_from_board.T
-    points = raised[..., :2] / raised[..., 2:3]
+    points = moved(image_from_board, GRID).reshape(ROWS + 1, ROWS + 1, 2)
     a, b = points[:-1, 1:] - points[:-1, :-1], points[1:, :-1] - points[:-1, :-1]
     area = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
     longest = np.maximum(np.linalg.norm(a, axis=-1), np.linalg.norm(b, axis=-1))
@@ -90,18 +90,9 @@ def narrowest(image_from_board: Array) -> float:
 
 def widest(image_from_board: Array) -> float:
     """Pixels of the larger diagonal of the board over its squares: what a square is long."""
-    ends = (
-        np.array([[0.0, 0.0, 1.0], [ROWS, ROWS, 1.0], [ROWS, 0.0, 1.0], [0.0, ROWS, 1.0]])
-        @ image_from_board.T
-    )
-    points = ends[:, :2] / ends[:, 2:3]
-    diagonals = np.linalg.norm(points[[1, 3]] - points[[0, 2]], axis=1)
+    corners = moved(image_from_board, OUTER_CORNERS)
+    diagonals = np.linalg.norm(corners[2:] - corners[:2], axis=1)
     return float(diagonals.max() / (ROWS * np.sqrt(2)))
-
-
-def crowded(image_from_board: Array) -> bool:
-    """Whether the squares are too narrow to be read."""
-    return narrowest(image_from_board) < _LEAST_SQUARE
 
 
 def cut_off(placement: Placement, points: Array, size: tuple[int, int]) -> BoardNotFoundError | None:

@@ -4,7 +4,7 @@ Everything here is in one picture's pixels and in the squares of a window whose 
 corners; which one is a1 is settled by :mod:`kempelen.sensing.board.orientation`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,9 +21,7 @@ _SIZES = (1000, 500, 1600)  # px, longest side: the second for blurred pictures,
 _MIDDLES = np.stack(np.meshgrid(np.arange(ROWS) + 0.5, np.arange(ROWS) + 0.5), axis=-1).reshape(-1, 2)
 _SURE = 0.995  # confidence from which a window is taken for the board
 _BLANK = 20.0  # times rarer is a board with a whole row hidden than one in full view
-_PER_SQUARE = (
-    0.55  # evidence for each square in view, at the least; a board full of men shows 1.2, clutter 0.3
-)
+_PER_SQUARE = 0.55  # evidence a square in view, at the least: a board full of men shows 1.2, clutter 0.3
 _CORE = 10  # corners in seven rows and columns that make a lattice worth a look
 # Of the way from the board's middle to that of a square at its border: from there on a quarter of the
 # square is in view, enough to find the board by, if not to read the square.
@@ -39,16 +37,14 @@ class Candidate:
     Attributes:
         placement: Of the window.
         fit: From squares of the window to pixels of the original picture.
-        corners: How many of the 49 inner points were seen.
         dark_corner: Whether the square at the window's origin is dark.
         full_ends: Whether the first and the last rank are known to be full of men.
     """
 
     placement: Placement
     fit: BoardFit
-    corners: int
     dark_corner: bool
-    full_ends: bool = False
+    full_ends: bool
 
     @property
     def sure(self) -> bool:
@@ -110,17 +106,19 @@ def _evidence(candidate: Candidate) -> float:
     return candidate.placement.evidence
 
 
-def _at_size(picture: Picture, size: int, *, full_ends: bool = False) -> tuple[list[Candidate], int]:
+def _at_size(picture: Picture, size: int, *, full_ends: bool) -> tuple[list[Candidate], int]:
     """Candidates at one size of the picture, and the corners of the largest lattice."""
     view = View.of(picture, size)
     corners = find_corners(view.grey)
     lattices = grow_lattices(corners)
-    candidates = [_candidate(picture, view, corners, lattice) for lattice in lattices]
-    known = [replace(each, full_ends=full_ends) for each in candidates if each is not None]
+    candidates = [_candidate(picture, view, corners, lattice, full_ends=full_ends) for lattice in lattices]
+    known = [each for each in candidates if each is not None]
     return known, max(map(len, lattices), default=0)
 
 
-def _candidate(picture: Picture, view: View, corners: Corners, lattice: Lattice) -> Candidate | None:
+def _candidate(
+    picture: Picture, view: View, corners: Corners, lattice: Lattice, *, full_ends: bool
+) -> Candidate | None:
     core = lattice.core(ROWS - 1)
     if len(core) < _CORE:
         return None
@@ -136,7 +134,8 @@ def _candidate(picture: Picture, view: View, corners: Corners, lattice: Lattice)
     fit = fit_board(places[inner].astype(np.float64), pixels) if inner.sum() >= _CORE else None
     if fit is None:
         return None
-    return Candidate(placement, fit, int(inner.sum()), bool(placement.origin.sum() % 2 == 0))
+    dark_corner = bool(placement.origin.sum() % 2 == 0)
+    return Candidate(placement, fit, dark_corner=dark_corner, full_ends=full_ends)
 
 
 def _distinct(candidates: list[Candidate]) -> list[Candidate]:
@@ -169,6 +168,7 @@ def _whole(candidate: Candidate, picture: Picture) -> Candidate:
         cut = reasons.cut_off(placement, middles, (width, height))
         if cut is not None:
             raise cut
-    if reasons.crowded(homography):
-        raise reasons.too_small(reasons.narrowest(homography))
+    small = reasons.too_small(homography)
+    if small is not None:
+        raise small
     return candidate

@@ -125,7 +125,7 @@ def candidate(blank_rows: list[int], blank_columns: list[int], *, full_ends: boo
     placement = Placement(
         np.zeros(2, dtype=np.int64), 0.998, 90.0, rows, columns, np.ones((8, 8), dtype=bool)
     )
-    return Candidate(placement, BoardFit(np.eye(3), 0.01), 35, dark_corner=True, full_ends=full_ends)
+    return Candidate(placement, BoardFit(np.eye(3), 0.01), dark_corner=True, full_ends=full_ends)
 
 
 def test_a_blank_row_takes_more_certainty_unless_men_are_known_to_hide_it() -> None:
