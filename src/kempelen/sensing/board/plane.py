@@ -1,8 +1,7 @@
 """The plane that a board lies in, from depth, and pictures as seen square on to it.
 
-The plane itself is fitted by :func:`kempelen.sensing.depth.plane.fit_board_plane` (RANSAC, then one-sided
-least
-squares: men stand on a board, nothing hangs under it).
+The board's own plane is fitted by :func:`kempelen.sensing.depth.plane.fit_board_plane` (MSAC, then one-sided
+least squares: men stand on a board, nothing hangs under it).
 """
 
 import numpy as np
@@ -11,16 +10,15 @@ import numpy.typing as npt
 from kempelen.core.camera import Frame, Intrinsics
 from kempelen.core.errors import BoardNotFoundError
 from kempelen.core.geometry import Array
-from kempelen.sensing.board.lattice import TINY, apply, inverse
-from kempelen.sensing.depth.plane import Plane, fit_board_plane
+from kempelen.sensing.board.lattice import apply, inverse
+from kempelen.sensing.depth.plane import Plane, consensus, facing, fit_board_plane
 from kempelen.sensing.sighting import OUTER_CORNERS
 
 _POINTS = 12000  # a sample of the picture is enough: the plane's error falls with the root
 _SCATTER = 0.006  # of the distance: what depth cameras of this kind scatter about a plane
 _LEAST_SCATTER = 3.0  # mm
 _DEVIATIONS = 3.0
-_TRIES = 200  # triples: with a third of the points on the table one of them is clean but once in 1700
-_SCORED = 2000  # points that a triple is judged by
+_SCORED = 2000  # points that a plane through three of them is judged by
 _ROUNDS = 5
 _LEAST_SHARE = 0.2  # of the points on one plane
 _FEWEST = 60
@@ -58,12 +56,11 @@ def find_plane(points: Array) -> Plane:
     return fit_board_plane(points, _scatter(points))
 
 
-def find_table(points: Array, seed: int = 0) -> Plane:
-    """The plane that most of a scene lies on: RANSAC (Fischler and Bolles 1981), then total least squares.
+def find_table(points: Array) -> Plane:
+    """The plane that most of a scene lies on: a consensus of triples, then total least squares.
 
     Args:
         points: (n, 3) mm, colour camera's frame: table, floor, walls, whatever stands there.
-        seed: Of the triples tried.
 
     Raises:
         BoardNotFoundError: too few points, or no plane among them.
@@ -73,20 +70,18 @@ def find_table(points: Array, seed: int = 0) -> Plane:
             f"The depth picture has {len(points)} points, at least {_FEWEST} are needed.",
             hint="Move the camera into its range of distances, and keep sunlight off the table.",
         )
-    band = _DEVIATIONS * _scatter(points)
-    normal, offset = _best_triple(points, band, np.random.default_rng(seed))
+    scatter = _scatter(points)
+    plane = consensus(points[:: max(1, len(points) // _SCORED)], scatter)
     for _ in range(_ROUNDS):
-        near = np.abs(points @ normal + offset) < band
+        near = np.abs(plane.heights(points)) < _DEVIATIONS * scatter
         if near.mean() < _LEAST_SHARE:
             raise BoardNotFoundError(
                 f"No table in the depth picture: {near.mean():.0%} of its points lie in one plane, at least "
                 f"{_LEAST_SHARE:.0%} are needed.",
                 hint="Point the camera at the table, from 0.4 to 2 m.",
             )
-        normal, offset = _least_squares(points[near])
-    off = points @ normal + offset
-    noise = float(np.sqrt(np.mean(off[np.abs(off) < band] ** 2)))
-    return Plane(normal, offset, noise) if offset >= 0 else Plane(-normal, -offset, noise)
+        plane = _least_squares(points[near])
+    return plane
 
 
 def _scatter(points: Array) -> float:
@@ -94,24 +89,13 @@ def _scatter(points: Array) -> float:
     return max(_LEAST_SCATTER, _SCATTER * distance)
 
 
-def _best_triple(points: Array, band: float, rng: np.random.Generator) -> tuple[Array, float]:
-    some = points[:: max(1, len(points) // _SCORED)]
-    corners = points[rng.integers(len(points), size=(_TRIES, 3))]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1)
-    normals = normals / np.maximum(lengths, TINY)[:, None]
-    offsets = -np.sum(normals * corners[:, 0], axis=1)
-    counts = (np.abs(some @ normals.T + offsets) < band).sum(axis=0)
-    best = int(np.argmax(np.where(lengths > TINY, counts, 0)))
-    return normals[best], float(offsets[best])
-
-
-def _least_squares(points: Array) -> tuple[Array, float]:
-    """Total least squares: the direction of least spread."""
+def _least_squares(points: Array) -> Plane:
+    """Total least squares: the normal is the direction of least spread."""
     middle = points.mean(axis=0)
-    _, vectors = np.linalg.eigh((points - middle).T @ (points - middle))
+    squares, vectors = np.linalg.eigh((points - middle).T @ (points - middle))
     normal: Array = vectors[:, 0]
-    return normal, -float(normal @ middle)
+    noise = float(np.sqrt(max(squares[0], 0.0) / len(points)))
+    return facing(normal, -float(normal @ middle), noise)
 
 
 def meet(plane: Plane, rays: Array) -> Array:
@@ -142,9 +126,8 @@ def image_from_plane(plane: Plane, camera: Intrinsics) -> tuple[Array, npt.NDArr
     middle = seen[4] if np.isfinite(seen[4]).all() else plane.normal * -plane.offset
     scale = float(middle[2]) / camera.fx
     flat = np.column_stack([(seen - middle) @ across, (seen - middle) @ down]) / scale
-    reach = 1.5 * np.array(
-        [camera.width, camera.height]
-    )  # a horizon's corner would need a picture without end
+    # the corner at a horizon would need a picture without end
+    reach = 1.5 * np.array([camera.width, camera.height])
     flat = np.clip(np.where(np.isfinite(flat), flat, 0.0), -reach, reach)
     low, high = flat.min(axis=0), flat.max(axis=0)
     origin = middle + scale * (low[0] * across + low[1] * down)

@@ -54,7 +54,7 @@ def fit_board_plane(points: Array, scale: float = 3.0) -> Plane:
             f"Only {len(points)} points of the board have a depth; {_LEAST_POINTS} are needed.",
             hint="Bring the camera within its range of the board, and look at it less obliquely.",
         )
-    plane = _consensus(points[:: max(1, len(points) // _SAMPLE)], scale)
+    plane = consensus(points[:: max(1, len(points) // _SAMPLE)], scale)
     for _ in range(_STEPS):
         plane = _refine(points, plane)
     scatter = np.clip(plane.noise, scale, _ROUGHEST * scale)
@@ -68,17 +68,31 @@ def fit_board_plane(points: Array, scale: float = 3.0) -> Plane:
     return plane
 
 
-def _consensus(points: Array, scale: float) -> Plane:
+def consensus(points: Array, scale: float) -> Plane:
+    """The plane through three of the points that most of them lie near: MSAC (Torr and Zisserman 2000).
+
+    Args:
+        points: (n, 3) mm, of the camera's frame; a few hundred are enough.
+        scale: Scatter to be expected, mm.
+
+    Raises:
+        BoardNotFoundError: the points lie on one line.
+    """
     rng = np.random.default_rng(len(points))  # the same points give the same plane
     corners = points[rng.integers(0, len(points), (_TRIPLES, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     good = lengths > 1e-6 * max(float(lengths.max()), 1e-9)
+    if not good.any():
+        raise BoardNotFoundError(
+            "All points that have a depth lie on one line: no plane goes through them alone.",
+            hint="Bring the camera within its range of the board, and keep sunlight off the table.",
+        )
     normals = normals[good] / lengths[good, None]
     offsets = -np.einsum("ij,ij->i", normals, corners[good, 0])
     misses = np.abs(points @ normals.T + offsets)
     best = int(np.argmin(np.minimum(misses, 3 * scale).sum(axis=0)))
-    return _facing(normals[best], float(offsets[best]), scale)
+    return facing(normals[best], float(offsets[best]), scale)
 
 
 def _refine(points: Array, plane: Plane) -> Plane:
@@ -90,9 +104,10 @@ def _refine(points: Array, plane: Plane) -> Plane:
     centre = weights @ points / weights.sum()
     spread = (points - centre) * np.sqrt(weights)[:, None]
     normal = np.linalg.eigh(spread.T @ spread)[1][:, 0]
-    return _facing(normal, -float(normal @ centre), noise)
+    return facing(normal, -float(normal @ centre), noise)
 
 
-def _facing(normal: Array, offset: float, noise: float) -> Plane:
+def facing(normal: Array, offset: float, noise: float) -> Plane:
+    """The plane whose normal, if need be turned round, points to the camera."""
     sign = 1.0 if offset >= 0 else -1.0
     return Plane(sign * normal, sign * offset, noise)

@@ -8,7 +8,7 @@ from kempelen.core.geometry import Array
 from kempelen.sensing.board.fit import BoardFit, fit_board
 from kempelen.sensing.board.lattice import apply, fit_homography, inverse
 from kempelen.sensing.board.placement import Placement
-from kempelen.sensing.board.plane import depth_points, find_table, image_from_plane, meet
+from kempelen.sensing.board.plane import depth_points, find_plane, find_table, image_from_plane, meet
 from kempelen.sensing.board.pose import camera_from_board
 from kempelen.sensing.board.search import Candidate
 
@@ -88,6 +88,18 @@ def test_depth_without_a_plane_is_refused() -> None:
         find_table(depth_points(Frame(0, 0.0, None, clouds, CAMERA, CAMERA)))
     with pytest.raises(BoardNotFoundError, match="has 0 points"):
         find_table(depth_points(Frame(0, 0.0, None, np.zeros_like(clouds), CAMERA, CAMERA)))
+
+
+def test_depth_on_one_line_is_refused() -> None:
+    depth = np.zeros((480, 640), dtype=np.float32)
+    depth[240, :] = 900.0
+
+    points = depth_points(Frame(0, 0.0, None, depth, CAMERA, CAMERA))
+
+    assert len(points) > 100
+    for find in (find_table, find_plane):
+        with pytest.raises(BoardNotFoundError, match="on one line"):
+            find(points)
 
 
 def test_a_picture_square_on_to_the_table_shows_squares_as_squares() -> None:
