@@ -5,11 +5,10 @@ sent by  kind                                    fields
 ======== ======================================= ============================================
 owner    ``open``: first of all                  factory, options, slots, first
 owner    ``options``: which are in force?
-owner    ``status``: how is it going?
 owner    ``close``: end
 camera   ``opened``: there are frames            ring, name
 camera   ``options``                             whatever the driver tells
-camera   ``status``: asked for, and each second  frames, dropped, lost
+camera   ``status``: each second                 frames, dropped, lost
 camera   ``error``: and the process ends         message, hint
 camera   ``ended``: the recording has ended
 ======== ======================================= ============================================

@@ -135,9 +135,10 @@ class Door:
 
 
 def _listen(name: str) -> socket.socket:
+    where = address(name)
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     try:
-        listener.bind(address(name))
+        listener.bind(where)
         listener.listen(READERS)
     except OSError as error:
         listener.close()
@@ -145,9 +146,6 @@ def _listen(name: str) -> socket.socket:
             f"The ring '{name}' cannot be opened for writing: {error.strerror}.",
             hint="Another program writes to a ring of this name: end it, or choose another name.",
         ) from None
-    except BaseException:
-        listener.close()
-        raise
     return listener
 
 

@@ -6,7 +6,7 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from types import TracebackType
@@ -16,7 +16,7 @@ from kempelen.core.camera import Frame
 from kempelen.core.errors import CameraError
 from kempelen.frames.attached import arrival
 from kempelen.frames.channel import Message, OwnerChannel
-from kempelen.frames.condition import SILENT_S, CameraState, CameraStatus, Restarting, silence
+from kempelen.frames.condition import CameraState, CameraStatus, Restarting, silence
 from kempelen.frames.ring import RingReader
 
 HANG_S = 15.0  # longer than the ten seconds for which V4L2 may wait for a frame
@@ -57,7 +57,6 @@ class CameraProcess:
         self._status = CameraStatus(CameraState.STARTING)
         self._settled = asyncio.Event()  # it runs, or will not
         self._news = asyncio.Event()
-        self._change = asyncio.Event()
         self._reader: RingReader | None = None
         self._channel: OwnerChannel | None = None
         self._asked: asyncio.Future[Mapping[str, Any]] | None = None
@@ -155,25 +154,6 @@ class CameraProcess:
             if left <= 0:
                 return None
             await arrival(self._reader, self._news, left)
-
-    async def changed(self) -> None:
-        """Until ring or state have changed since the last call; for a task that reads no frames."""
-        await self._change.wait()
-        self._change.clear()
-
-    async def frames(self) -> AsyncIterator[Frame]:
-        """Frames as they come, none twice; a slow reader skips to the newest.
-
-        Raises:
-            CameraError: the camera is lost for good.
-        """
-        after = -1
-        with suppress(EOFError):
-            while True:
-                if (frame := await self.newest(after, SILENT_S)) is not None:
-                    after = frame.sequence
-                    yield frame
-                    del frame
 
     def _look(self, after: int) -> Frame | None:
         """What is there; an end of the ring is for the keeper to explain."""
@@ -301,7 +281,7 @@ class CameraProcess:
                     self._status, state=CameraState.RUNNING, message="", camera=fields["name"]
                 )
                 self._settled.set()
-                self._announce()
+                self._news.set()
             case "status":
                 self._status = replace(self._status, **fields)
             case "options" if self._asked is not None and not self._asked.done():
@@ -327,11 +307,7 @@ class CameraProcess:
 
     def _tell(self, state: CameraState, message: str) -> None:
         self._status = replace(self._status, state=state, message=message)
-        self._announce()
-
-    def _announce(self) -> None:
         self._news.set()
-        self._change.set()
 
 
 def _death(code: int | None, words: IO[bytes]) -> CameraError:

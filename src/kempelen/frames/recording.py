@@ -16,7 +16,7 @@
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self
@@ -269,7 +269,7 @@ class Recording:
             depth=depth,
             depth_time=described["depth_time"],
             dropped=int(described["dropped"]),
-            **optics_from(described.get("optics", self._manifest["optics"])),
+            **_optics_from(described.get("optics", self._manifest["optics"])),
         )
         require_frame(frame)
         return frame
@@ -326,13 +326,10 @@ def _optics(frame: Frame) -> dict[str, Any]:
 
 
 def _camera(camera: Intrinsics | None) -> dict[str, Any] | None:
-    if camera is None:
-        return None
-    names = ("width", "height", "fx", "fy", "cx", "cy")
-    return {**{name: getattr(camera, name) for name in names}, "distortion": list(camera.distortion)}
+    return None if camera is None else asdict(camera)
 
 
-def optics_from(described: Mapping[str, Any]) -> dict[str, Any]:
+def _optics_from(described: Mapping[str, Any]) -> dict[str, Any]:
     """The optical fields of a frame from how a manifest gives them.
 
     Raises:

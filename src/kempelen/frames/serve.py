@@ -78,7 +78,6 @@ def _pump(camera: Camera, output: "_Output", orders: "_Orders") -> None:
         for order in orders.waiting():
             if order.kind == "options":
                 output.channel.send("options", **getattr(camera, "settings", {}))
-            told = 0.0 if order.kind == "status" else told
         if time.monotonic() - told >= _STATUS_S:
             output.tell()
             told = time.monotonic()
