@@ -143,12 +143,13 @@ class Commander:
     async def _wanted(self) -> None:
         """Until a move or an answer is waited for."""
         events = (self._game.cast.person.wanted, self._answers.wanted)
-        waits = [asyncio.ensure_future(event.wait()) for event in events]
-        try:
-            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for wait in waits:
-                wait.cancel()
+        while not any(event.is_set() for event in events):  # it may be over when its waiter comes to run
+            waits = [asyncio.ensure_future(event.wait()) for event in events]
+            try:
+                await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for wait in waits:
+                    wait.cancel()
 
     def _is_at_once(self, line: str) -> bool:
         word = line.lower().partition(" ")[0]
@@ -164,8 +165,10 @@ class Commander:
             self._game.cast.person.answer(agree=line.lower() in YES)
             return
         word, *rest = line.split()
-        order = self._orders.get(word.lower())
-        task = asyncio.ensure_future(self._guarded(lambda: order(rest) if order else self._move(line)))
+        if (order := self._orders.get(word.lower())) is None:
+            self._move(line)
+            return
+        task = asyncio.ensure_future(self._guarded(lambda: order(rest)))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -175,8 +178,12 @@ class Commander:
         except KempelenError as error:
             self._say(str(error))
 
-    async def _move(self, line: str) -> None:
-        self._game.cast.person.submit(line)
+    def _move(self, line: str) -> None:
+        """At once: whose turn it is may be another's in a moment."""
+        try:
+            self._game.cast.person.submit(line)
+        except KempelenError as error:
+            self._say(str(error))
 
     async def _mode(self, words: Sequence[str]) -> None:
         try:

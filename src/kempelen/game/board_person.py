@@ -20,7 +20,8 @@ class BoardReader(Protocol):
     Attributes:
         on: Whether anything is being read; else moves are written only.
         candidates: Moves that may have been made, while a question is open.
-        stuck: Set while a question or advice is open: from here on only a person can help.
+        stuck: Set while a question or advice is open: from here on only a person can help. Set again by each
+            look that finds it open still.
     """
 
     on: bool
@@ -101,9 +102,9 @@ class BoardPerson(PersonPlayer):
             if self._maker is None or not self._reader.on:
                 return Propose(move)
             await self._maker(board, move)
-            stuck = asyncio.ensure_future(self._reader.stuck.wait())
-            await _first(reading, stuck)
-            stuck.cancel()
+            if self._reader.on and not self._settles(move):
+                self._reader.stuck.clear()  # what was open before the whole move is there, was of half of it
+            await self._read_or_stuck(reading)
             if not reading.done() and (self._settles(move) or not self._reader.on):
                 return self._told(move)
         return reading.result()
@@ -120,6 +121,13 @@ class BoardPerson(PersonPlayer):
         finally:
             writing.cancel()
             await asyncio.gather(writing, return_exceptions=True)
+
+    async def _read_or_stuck(self, reading: "asyncio.Future[Propose | TakenBack]") -> None:
+        stuck = asyncio.ensure_future(self._reader.stuck.wait())
+        try:
+            await _first(reading, stuck)
+        finally:
+            stuck.cancel()
 
     def _settles(self, move: chess.Move) -> bool:
         return move in self._reader.candidates

@@ -204,6 +204,21 @@ async def test_a_script_waits_for_its_turn() -> None:
     await asyncio.gather(last, return_exceptions=True)
 
 
+async def test_a_turn_that_was_over_at_once_takes_no_line_of_a_script() -> None:
+    """A move seen on the board ends a turn whenever it likes."""
+    desk = Desk(patient=True)
+    obeying = asyncio.ensure_future(desk.commander.obey(typed(["Nf3"])))
+    for _ in range(5):
+        await asyncio.sleep(0)
+    desk.person.wanted.set()
+    desk.person.wanted.clear()
+    for _ in range(5):
+        await asyncio.sleep(0)
+    assert desk.said == []
+    assert (await (await desk.asked())).move == chess.Move.from_uci("g1f3")
+    await obeying
+
+
 async def test_a_question_that_nobody_can_answer_ends_the_game() -> None:
     desk = Desk()
     question = asyncio.ensure_future(desk.answers.ask("Is the king in the gripper? (y/n)"))

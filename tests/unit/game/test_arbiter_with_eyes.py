@@ -343,6 +343,22 @@ async def test_nothing_is_wanted_of_whoever_types_once_the_move_is_read() -> Non
     await asyncio.gather(wanted, return_exceptions=True)
 
 
+async def test_advice_on_a_move_half_made_wants_nothing_of_whoever_types() -> None:
+    """Or the next line of a script would be taken for another move of the same turn."""
+    reader = Script()
+    friend = Friend(reader)
+    person = BoardPerson(reader, maker=friend)
+    friend.then = reader.stuck.set
+    asked = asyncio.ensure_future(person.propose(chess.Board(), lambda _: None))
+    await person.wanted.wait()
+    person.submit("e4")
+    await settle()
+    assert friend.made == ["e4"]
+    assert not person.to_move
+    reader.seen.put_nowait(made("e2e4"))
+    assert await asked == made("e2e4")
+
+
 async def test_a_friend_answers_questions_about_his_own_move() -> None:
     reader = Script()
     friend = Friend(reader)
