@@ -24,7 +24,7 @@ from torch import nn
 from torch.nn import functional
 
 from kempelen.bench.sets.graph import Graph
-from kempelen.bench.sets.samples import Known, Labels, drawn, photographed, real_photos, staged
+from kempelen.bench.sets.samples import Known, Labels, drawn, joined, photographed, real_photos, staged
 from kempelen.sensing.kinds.classifier import CLASSES, FEATURES, NOTES, WEIGHTS
 from kempelen.sensing.kinds.crops import DARKEST, FOOT, HEIGHT, LIGHTEST, WIDTH, Crops
 
@@ -113,8 +113,7 @@ class Pool:
 def drawn_chunk(start: int) -> tuple[Crops, Labels]:
     """Of drawn pictures."""
     cv2.setNumThreads(1)
-    pairs = [drawn(seed) for seed in range(start, start + CHUNK)]
-    return np.concatenate([x for x, _ in pairs]), np.concatenate([y for _, y in pairs])
+    return joined([drawn(seed) for seed in range(start, start + CHUNK)])
 
 
 def staged_chunk(seed: int) -> tuple[Crops, Labels]:
@@ -147,7 +146,7 @@ def seeds_of(text: str) -> range:
 def pool_of(photos: list[Known], looks: int = LOOKS) -> Pool:
     """Their crops."""
     pairs = [photographed(photo.truth, photo.labels, looks, n) for n, photo in enumerate(photos)]
-    return Pool(np.concatenate([x for x, _ in pairs]), np.concatenate([y for _, y in pairs]))
+    return Pool(*joined(pairs))
 
 
 def spoilt(crops: Crops, rng: np.random.Generator, *, moved: bool) -> torch.Tensor:

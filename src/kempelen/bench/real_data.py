@@ -4,9 +4,10 @@ A folder of them has ``board-photos``, ``game-photos`` and ``rgbd``, each with `
 be missing. Nothing of them is part of this project; ``--data`` or ``KEMPELEN_REAL_DATA`` says where they are.
 """
 
+import hashlib
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,11 @@ import cv2
 import numpy as np
 
 from kempelen.core.camera import Depth, Frame, Intrinsics, Picture
-from kempelen.core.errors import ConfigError
+from kempelen.core.errors import BoardNotFoundError, ConfigError
 from kempelen.core.geometry import Array
+from kempelen.sensing.board.finder import BoardFinder
+from kempelen.sensing.board.orientation import four_turns
+from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting
 
 VARIABLE = "KEMPELEN_REAL_DATA"
 FOLDERS = ("board-photos", "game-photos", "rgbd")
@@ -43,6 +47,28 @@ class Labelled:
         """(4, 2) pixels of the outer corners, the top left one first, clockwise."""
         return np.asarray(self.label["corners_px"], dtype=np.float64)
 
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the file: the same picture has it in any folder and under any name."""
+        return hashlib.sha256(self.path.read_bytes()).hexdigest()
+
+    def sighting(self) -> BoardSighting:
+        """The board as it is labelled: the first corner is a8's."""
+        return sighting_of(self.corners)
+
+    def found(self, finder: BoardFinder, frame: Frame) -> BoardSighting | None:
+        """The board as it is found in its frame, turned as it is labelled; None when it is not found."""
+        try:
+            found = finder.find(frame)
+        except BoardNotFoundError:
+            return None
+        wanted = self.sighting().corners
+        turned = [
+            replace(found, image_from_board=image, camera_from_board=None)
+            for image in four_turns(found.image_from_board)
+        ]
+        return min(turned, key=lambda sighting: float(np.linalg.norm(sighting.corners - wanted)))
+
     def picture(self) -> Picture:
         """Blue, green, red.
 
@@ -68,6 +94,13 @@ class Labelled:
         depth = self.depth()
         camera = None if depth is None else RGBD_CAMERA
         return Frame(0, 0.0, self.picture(), depth, camera, camera)
+
+
+def sighting_of(corners: Array) -> BoardSighting:
+    """From the (4, 2) outer corners of a8, h8, h1 and a1."""
+    board = OUTER_CORNERS[[3, 2, 1, 0]].astype(np.float32)
+    homography = cv2.getPerspectiveTransform(board, corners.astype(np.float32))
+    return BoardSighting(np.asarray(homography, dtype=np.float64), 0.0, 1.0, "labels", oriented=True)
 
 
 def data_folder(data: Path | None) -> Path:

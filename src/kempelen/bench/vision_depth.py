@@ -1,6 +1,6 @@
 """Occupancy of real boards from depth, each with a reference learned from the other frames alone."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,12 @@ from kempelen.bench.result import Progress
 from kempelen.bench.section import Section, counted
 from kempelen.bench.thesis_rule import thesis_occupied
 from kempelen.core.camera import Frame
-from kempelen.core.errors import BoardNotFoundError
 from kempelen.core.senses import EMPTY, WHITE
 from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.depth.geometry import depth_of
 from kempelen.sensing.depth.reader import DepthReader
 from kempelen.sensing.sighting import BoardSighting
 
-_QUARTER_TURN = np.array([[0.0, -1.0, 8.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _UNREAD = np.full(64, np.nan)
 
 
@@ -58,20 +56,7 @@ def measure_depth(folder: Path, seed: int, progress: Progress) -> Section:
 def _load(finder: BoardFinder, picture: Labelled) -> _Board:
     frame = picture.frame()
     occupied = np.array(picture.label["occupancy"], dtype=bool)[::-1].reshape(64)
-    return _Board(picture.path.name, frame, _sighted(finder, frame, picture), occupied)
-
-
-def _sighted(finder: BoardFinder, frame: Frame, picture: Labelled) -> BoardSighting | None:
-    """The board as found, turned as it is labelled; None when it is not found."""
-    try:
-        found = finder.find(frame)
-    except BoardNotFoundError:
-        return None
-    top_left, top_right, bottom_right, bottom_left = picture.corners
-    wanted = np.stack([bottom_left, bottom_right, top_right, top_left])
-    turns = [found.image_from_board @ np.linalg.matrix_power(_QUARTER_TURN, k) for k in range(4)]
-    turned = [replace(found, image_from_board=image, camera_from_board=None) for image in turns]
-    return min(turned, key=lambda sighting: float(np.linalg.norm(sighting.corners - wanted)))
+    return _Board(picture.path.name, frame, picture.found(finder, frame), occupied)
 
 
 def _row(boards: list[_Board], number: int) -> dict[str, Any]:

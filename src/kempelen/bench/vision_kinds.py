@@ -79,7 +79,7 @@ def measure_kinds(data: Path, seed: int, progress: Progress) -> Section:
     """
     classifier = PieceClassifier()
     seen = set(classifier.notes.photos.values())
-    photos = [photo for photo in game_photos(data) if photo.digest not in seen]
+    photos = [photo for photo in game_photos(data) if photo.source.digest not in seen]
     truths = (photo.truth() for photo in photos)
     real = _measured(classifier, _told(truths, len(photos), "game photos", 0.0, progress))
     out = _section("real", "game photos not trained on", "kinds_", real)

@@ -5,8 +5,8 @@ named: two photos tell them too badly from three. Beside it: the legal move whos
 most, with no way of saying "unsure".
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from kempelen.bench.real_data import Labelled, labelled, labelled_moves
 from kempelen.bench.result import Progress
 from kempelen.bench.section import Section, counted
 from kempelen.core.camera import Frame
-from kempelen.core.errors import BoardNotFoundError, ConfigError, SensorError
+from kempelen.core.errors import ConfigError, SensorError
 from kempelen.core.geometry import Array
 from kempelen.core.senses import Observation
 from kempelen.sensing.board.finder import BoardFinder
@@ -28,9 +28,8 @@ from kempelen.sensing.moves.hypotheses import states_of
 from kempelen.sensing.moves.parameters import MoveParameters
 from kempelen.sensing.moves.reader import MoveReader
 from kempelen.sensing.moves.verdicts import Line, Moved, Verdict
-from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting
+from kempelen.sensing.sighting import BoardSighting
 
-_QUARTER_TURN = np.array([[0.0, -1.0, 8.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _PIXELS = 24  # of a square, for differences of colour
 _RIM = 5  # of these that belong to the neighbours as likely as not
 _BUDGET = 0.01
@@ -41,7 +40,7 @@ strays included, by more than 2.9 nats. The reader's parameters were chosen on t
 _NOT_NAMED: Line = ()
 
 Seen = tuple[Frame, BoardSighting]
-Sighted = Callable[[BoardFinder, Frame, Labelled], BoardSighting | None]
+Look = tuple[Frame, BoardSighting | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +86,14 @@ def measure_moves(data: Path, seed: int, progress: Progress) -> Section:
     pairs = list(_pairs(data))
     if not pairs:
         return Section()
+    finder = BoardFinder()
     ways: dict[str, list[_Answer]] = {"found": [], "labelled": [], "differences": []}
     for number, pair in enumerate(pairs):
         progress(f"move between {pair.name}", number / len(pairs))
-        ways["found"].append(_answer(pair, _found, _read))
-        ways["labelled"].append(_answer(pair, _as_labelled, _read))
-        ways["differences"].append(_answer(pair, _found, _differences))
+        found = _looks(pair, lambda photo, frame: photo.found(finder, frame))
+        ways["found"].append(_answer(pair, found, _read))
+        ways["labelled"].append(_answer(pair, _looks(pair, lambda photo, _: photo.sighting()), _read))
+        ways["differences"].append(_answer(pair, found, _differences))
     rows = [row for way, answers in ways.items() for row in _rows(way, answers)]
     return Section(_figures(ways), [*rows, *(_told(answer) for answer in ways["found"])])
 
@@ -121,12 +122,17 @@ def _known(fen: str, first: chess.Move) -> chess.Board:
     return board
 
 
-def _answer(pair: _Pair, sighted: Sighted, read: Callable[[_Pair, Seen, Seen], tuple[Line, str]]) -> _Answer:
-    finder = BoardFinder()
+def _looks(pair: _Pair, sighted: Callable[[Labelled, Frame], BoardSighting | None]) -> list[Look]:
+    """Both photos with their boards."""
+    frames = [(photo, photo.frame()) for photo in (pair.before, pair.after)]
+    return [(frame, sighted(photo, frame)) for photo, frame in frames]
+
+
+def _answer(
+    pair: _Pair, looks: Sequence[Look], read: Callable[[_Pair, Seen, Seen], tuple[Line, str]]
+) -> _Answer:
     seen: list[Seen] = []
-    for photo in (pair.before, pair.after):
-        frame = photo.frame()
-        sighting = sighted(finder, frame, photo)
+    for photo, (frame, sighting) in zip((pair.before, pair.after), looks, strict=True):
         if sighting is None:
             return _Answer(pair, _NOT_NAMED, f"board not found in {photo.path.name}")
         seen.append((frame, sighting))
@@ -134,26 +140,6 @@ def _answer(pair: _Pair, sighted: Sighted, read: Callable[[_Pair, Seen, Seen], t
         return _Answer(pair, *read(pair, *seen))
     except SensorError as error:
         return _Answer(pair, _NOT_NAMED, str(error))
-
-
-def _found(finder: BoardFinder, frame: Frame, photo: Labelled) -> BoardSighting | None:
-    """The board as found, turned as it is labelled; None when it is not found."""
-    try:
-        found = finder.find(frame)
-    except BoardNotFoundError:
-        return None
-    wanted = photo.corners[[3, 2, 1, 0]]
-    turns = [found.image_from_board @ np.linalg.matrix_power(_QUARTER_TURN, k) for k in range(4)]
-    turned = [replace(found, image_from_board=image, camera_from_board=None) for image in turns]
-    return min(turned, key=lambda sighting: float(np.linalg.norm(sighting.corners - wanted)))
-
-
-def _as_labelled(finder: BoardFinder, frame: Frame, photo: Labelled) -> BoardSighting:
-    """The board as it is labelled: the first corner is a8's."""
-    del finder, frame
-    corners = photo.corners[[3, 2, 1, 0]].astype(np.float32)
-    image = cv2.getPerspectiveTransform(OUTER_CORNERS.astype(np.float32), corners)
-    return BoardSighting(np.asarray(image, dtype=np.float64), 0.0, 1.0, "labelled", oriented=True)
 
 
 def _read(pair: _Pair, before: Seen, after: Seen) -> tuple[Line, str]:

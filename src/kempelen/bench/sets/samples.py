@@ -1,21 +1,18 @@
 """What the piece classifier is trained on: crops with labels, from drawn pictures and from photos."""
 
-import hashlib
 import json
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import chess
-import cv2
 import numpy as np
 import numpy.typing as npt
 from numpy.random import Generator
 
-from kempelen.bench.real_data import Labelled, labelled
+from kempelen.bench.real_data import Labelled, labelled, sighting_of
 from kempelen.bench.sets.pictures import Truth, draw
 from kempelen.core.camera import Picture
-from kempelen.core.geometry import Array
 from kempelen.sensing.kinds.classifier import CLASSES, labels_of
 from kempelen.sensing.kinds.crops import Crops, crops
 from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting
@@ -47,19 +44,9 @@ class Photo:
     board: chess.Board
     game: int
 
-    @property
-    def digest(self) -> str:
-        """SHA-256 of the file: the same photo has it in any folder and under any name."""
-        return digest(self.source)
-
     def truth(self) -> Truth:
         """The picture with its sighting."""
-        return Truth(self.source.picture(), sighting_of(self.source.corners), self.board)
-
-
-def digest(source: Labelled) -> str:
-    """SHA-256 of a picture's file."""
-    return hashlib.sha256(source.path.read_bytes()).hexdigest()
+        return Truth(self.source.picture(), self.source.sighting(), self.board)
 
 
 def game_photos(data: Path) -> list[Photo]:
@@ -108,15 +95,17 @@ def real_photos(data: Path, without: Collection[int], labels: Path) -> tuple[lis
     learn: list[Known] = []
     for photo in game_photos(data):
         if photo.game not in without:
-            board = chess.BaseBoard(told["corrected"].get(photo.digest, photo.board.board_fen()))
-            learn.append(Known(photo.source.path.name, photo.digest, photo.truth(), labels_of(board)))
+            digest = photo.source.digest
+            board = chess.BaseBoard(told["corrected"].get(digest, photo.board.board_fen()))
+            learn.append(Known(photo.source.path.name, digest, photo.truth(), labels_of(board)))
     other: list[Known] = []
     for source in labelled(data, "board-photos"):
+        digest = source.digest
         for group, name in ((learn, "trained_on"), (other, "other_sets")):
-            if rows := told[name].get(digest(source)):
+            if rows := told[name].get(digest):
                 ranks = [[CLASSES.find(symbol) for symbol in rank] for rank in reversed(rows.split("/"))]
-                truth = Truth(source.picture(), sighting_of(source.corners), chess.Board(None))
-                group.append(Known(source.path.name, digest(source), truth, np.array(ranks).ravel()))
+                truth = Truth(source.picture(), source.sighting(), chess.Board(None))
+                group.append(Known(source.path.name, digest, truth, np.array(ranks).ravel()))
     return learn, other
 
 
@@ -125,17 +114,10 @@ def differing(one: chess.Board, other: chess.Board) -> int:
     return sum(one.piece_at(square) != other.piece_at(square) for square in chess.SQUARES)
 
 
-def sighting_of(corners: Array) -> BoardSighting:
-    """From the (4, 2) outer corners of a8, h8, h1 and a1."""
-    board = OUTER_CORNERS[[3, 2, 1, 0]].astype(np.float32)
-    homography = cv2.getPerspectiveTransform(board, corners.astype(np.float32))
-    return BoardSighting(np.asarray(homography, dtype=np.float64), 0.0, 1.0, "labels", oriented=True)
-
-
 def drawn(seed: int) -> tuple[Crops, Labels]:
     """Crops of one drawn picture with their labels."""
     rng = np.random.default_rng(seed)
-    return _looks(draw(rng), rng, _LOOKS)
+    return _looks(draw(rng), rng)
 
 
 def staged(seed: int, count: int) -> tuple[Crops, Labels]:
@@ -145,7 +127,7 @@ def staged(seed: int, count: int) -> tuple[Crops, Labels]:
         TwinError: nothing can be drawn here.
     """
     rng = np.random.default_rng(seed)
-    return _joined([_looks(truth, rng, _LOOKS) for truth in studio_pictures(seed, count)])
+    return joined([_looks(truth, rng) for truth in studio_pictures(seed, count)])
 
 
 def studio_pictures(seed: int, count: int) -> Iterator[Truth]:
@@ -174,19 +156,19 @@ def photographed(truth: Truth, labels: Labels, looks: int, seed: int) -> tuple[C
     """
     rng = np.random.default_rng(seed)
     known = labels >= 0
-    return _joined([(_glance(truth, rng)[known], labels[known]) for _ in range(looks)])
+    return joined([(_glance(truth, rng)[known], labels[known]) for _ in range(looks)])
 
 
-def _looks(truth: Truth, rng: Generator, looks: int) -> tuple[Crops, Labels]:
+def _looks(truth: Truth, rng: Generator) -> tuple[Crops, Labels]:
     """All men at every look, and some empty squares at the first."""
     labels = labels_of(truth.board)
     out: list[tuple[Crops, Labels]] = []
-    for look in range(looks):
+    for look in range(_LOOKS):
         seen = _glance(truth, rng)
         empty = rng.permutation(np.flatnonzero(labels == 0))[: 0 if look else _EMPTIES]
         wanted = np.sort(np.concatenate([np.flatnonzero(labels), empty]))
         out.append((seen[wanted], labels[wanted]))
-    return _joined(out)
+    return joined(out)
 
 
 def _glance(truth: Truth, rng: Generator) -> Crops:
@@ -194,7 +176,8 @@ def _glance(truth: Truth, rng: Generator) -> Crops:
     return crops(*_cut(truth.picture, _astray(truth.sighting, rng), rng))
 
 
-def _joined(pairs: Sequence[tuple[Crops, Labels]]) -> tuple[Crops, Labels]:
+def joined(pairs: Sequence[tuple[Crops, Labels]]) -> tuple[Crops, Labels]:
+    """Crops and labels of all pairs."""
     return np.concatenate([pair[0] for pair in pairs]), np.concatenate([pair[1] for pair in pairs])
 
 

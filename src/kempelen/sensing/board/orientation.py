@@ -70,6 +70,11 @@ def half_turned(image_from_board: Array) -> Array:
     return out
 
 
+def four_turns(image_from_board: Array) -> list[Array]:
+    """The same board with each of its corners for a1, by quarter turns."""
+    return [image_from_board @ np.linalg.matrix_power(_QUARTER_TURN, turns) for turns in range(4)]
+
+
 def nearest_side(image_from_board: Array, side: Side) -> Array:
     """Of the two turns with a1 dark, that with White nearer to a side of the picture."""
     white, black = moved(image_from_board, np.array([[4.0, 0.0], [4.0, 8.0]]))

@@ -101,7 +101,7 @@ def test_photos_that_differ_little_are_of_one_game(photos: Path) -> None:
 def test_men_of_a_game_that_was_not_trained_on_are_recognised() -> None:
     classifier = PieceClassifier()
     seen = set(classifier.notes.photos.values())
-    unseen = [photo for photo in game_photos(REAL) if photo.digest not in seen][:3]
+    unseen = [photo for photo in game_photos(REAL) if photo.source.digest not in seen][:3]
     if not unseen:
         pytest.skip("the weights have seen all of these photos")
     right = []

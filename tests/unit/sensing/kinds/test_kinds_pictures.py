@@ -6,8 +6,9 @@ import chess
 import numpy as np
 import pytest
 
+from kempelen.bench.real_data import sighting_of
 from kempelen.bench.sets.pictures import draw, random_board
-from kempelen.bench.sets.samples import differing, sighting_of
+from kempelen.bench.sets.samples import differing
 from kempelen.bench.sets.shapes import KINDS, parts, random_style
 from kempelen.sensing.kinds.classifier import PieceClassifier, labels_of
 from kempelen.sensing.sighting import OUTER_CORNERS
