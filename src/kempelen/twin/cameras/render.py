@@ -83,6 +83,14 @@ def drawn_geoms(model: Any) -> npt.NDArray[np.intp]:
     return np.flatnonzero((model.geom_group < HIDDEN) & (model.geom_rgba[:, 3] > 0))
 
 
+def geom_colours(model: Any) -> Array:
+    """(ngeom, 3) red, green, blue from 0 to 1: the material's where there is one."""
+    out, material = np.array(model.geom_rgba[:, :3], dtype=np.float64), np.array(model.geom_matid)
+    painted = material >= 0
+    out[painted] = model.mat_rgba[material[painted], :3]
+    return out
+
+
 def make_renderer(model: Any, backend: str = "auto") -> Renderer:
     """The back end of that name; ``auto``: OpenGL, else Embree, else MuJoCo's rays.
 

@@ -15,13 +15,14 @@ from kempelen.twin.cameras.render import (
     Ids,
     View,
     drawn_geoms,
+    geom_colours,
     lamp_and_board,
 )
 from kempelen.twin.cameras.settings import Lighting
 from kempelen.twin.cameras.shapes import Triangles
 from kempelen.twin.physics.appearance import BOARD, TABLE
 from kempelen.twin.physics.bodies import TABLE_HALF
-from kempelen.twin.physics.paint import board_paint, table_paint
+from kempelen.twin.physics.paint import board_paint, board_pixels, sampled, table_paint
 from kempelen.twin.physics.scene import Scene
 from kempelen.twin.physics.units import METRES
 
@@ -130,11 +131,10 @@ class RayRenderer:
         self._model, self._tracer = model, tracer
         self.name = tracer.name
         material = np.array(model.geom_matid)
-        self._colours = np.array(model.geom_rgba[:, :3], dtype=np.float32)
+        self._colours = geom_colours(model).astype(np.float32)
         self._gloss = np.zeros(model.ngeom, dtype=np.float32)
         self._shine = np.full(model.ngeom, 64.0, dtype=np.float32)
         has = material >= 0
-        self._colours[has] = model.mat_rgba[material[has], :3]
         self._gloss[has] = model.mat_specular[material[has]]
         self._shine[has] = 128 * model.mat_shininess[material[has]]
         self._board = np.flatnonzero(material == model.material(BOARD).id)
@@ -147,13 +147,12 @@ class RayRenderer:
 
     def geometry(self, view: View, region: Region) -> tuple[Depth, Ids]:
         """(h, w) depth along the view, mm, 0 for nothing, and number of the geom, -1 for nothing."""
-        away, geoms, _ = self._first_hits(view, region)
+        away, geoms, _ = self._first_hits(view, _rays(view, region))
         depth = np.where(geoms >= 0, away, 0).astype(np.float32)
         shape = (region.height, region.width)
         return depth.reshape(shape), geoms.astype(np.int16).reshape(shape)
 
-    def _first_hits(self, view: View, region: Region) -> Hits:
-        rays = _rays(view, region)
+    def _first_hits(self, view: View, rays: Floats) -> Hits:
         origin = view.robot_from_camera.translation.astype(np.float32)
         away, geoms, normals = self._tracer.trace(origin, rays)
         geoms = np.where(away < FAR, geoms, -1)
@@ -162,7 +161,7 @@ class RayRenderer:
     def colour(self, view: View, region: Region) -> Picture:
         """(h, w, 3) blue, green, red of a part of the picture."""
         rays = _rays(view, region)
-        away, geoms, normals = self._first_hits(view, region)
+        away, geoms, normals = self._first_hits(view, rays)
         hit = np.flatnonzero(geoms >= 0)
         out = np.empty((len(rays), 3), dtype=np.float32)
         out[:] = np.array(self._scene.look.room, dtype=np.float32) * self._lighting.on
@@ -211,26 +210,18 @@ class RayRenderer:
         look, table = self._scene.look, self._scene.table
         on_board = np.flatnonzero(np.isin(geoms, self._board))
         if len(on_board):
+            local = table.robot_from_board.inverse() @ points[on_board]
             paint = board_paint(look, table.square)
-            scale = paint.shape[0] / (8 * table.square + 2 * look.border_width)
-            local = (table.robot_from_board.inverse() @ points[on_board])[:, :2] + look.border_width
-            out[on_board] = _sampled(paint, local * scale)
+            out[on_board] = sampled(paint, board_pixels(look, table.square, local)) / 255
         on_table = np.flatnonzero(np.isin(geoms, self._table))
         if len(on_table):
             cloth = table_paint(look)
             on_cloth = (points[on_table, :2] + TABLE_HALF / METRES) % _CLOTH_MM
-            out[on_table] = _sampled(cloth, on_cloth * (cloth.shape[0] / _CLOTH_MM))
+            out[on_table] = sampled(cloth, on_cloth * (cloth.shape[0] / _CLOTH_MM)) / 255
         return out
 
     def close(self) -> None:
         """Nothing is held."""
-
-
-def _sampled(paint: Picture, at: npt.NDArray[np.floating]) -> Floats:
-    """(n, 3) of a picture at (n, 2) columns and rows, the latter from below."""
-    last = paint.shape[0] - 1
-    column, row = np.clip(at.astype(np.int64), 0, last).T
-    return np.asarray(paint[last - row, column] / 255, dtype=np.float32)
 
 
 def _rays(view: View, region: Region) -> Floats:

@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from kempelen.core.geometry import Array
 from kempelen.twin.cameras.render import drawn_geoms
+from kempelen.twin.physics.appearance import Faces, turned
 from kempelen.twin.physics.bodies import TABLE_HALF
 from kempelen.twin.physics.units import METRES
 
-Faces = npt.NDArray[np.int32]
 Solid = tuple[Array, Faces]
 
 _ROUND, _RINGS = 32, 16
@@ -60,10 +60,11 @@ def _solid(model: Any, number: int) -> Solid:
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         return _box(size)
     if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return _turned([(0, -size[1]), (size[0], -size[1]), (size[0], size[1]), (0, size[1])])
+        rim = [(0, -size[1]), (size[0], -size[1]), (size[0], size[1]), (0, size[1])]
+        return turned(np.array(rim), _ROUND)
     if kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
-        return _turned(_outline(float(size[0]), float(size[1])))
-    vertices, faces = _turned(_outline(1.0, 0.0))
+        return turned(_outline(float(size[0]), float(size[1])), _ROUND)
+    vertices, faces = turned(_outline(1.0, 0.0), _ROUND)
     scale = size if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID else np.full(3, size[0])
     return vertices * scale, faces
 
@@ -87,22 +88,8 @@ def _box(half: Array) -> Solid:
     return corners, np.array(faces, dtype=np.int32)
 
 
-def _outline(radius: float, half: float) -> list[tuple[float, float]]:
-    """Radius and height of a capsule from below; of a sphere where ``half`` is 0."""
+def _outline(radius: float, half: float) -> Array:
+    """(n, 2) radius and height of a capsule from below; of a sphere where ``half`` is 0."""
     quarter = np.linspace(0, math.pi / 2, _RINGS // 2 + 1)
     top = [(radius * math.cos(angle), half + radius * math.sin(angle)) for angle in quarter]
-    return [(r, -z) for r, z in reversed(top)] + top
-
-
-def _turned(outline: list[tuple[float, float]]) -> Solid:
-    """A solid of revolution about z."""
-    angles = np.arange(_ROUND) * math.tau / _ROUND
-    radius, height = np.array(outline).T
-    ring = np.stack([np.outer(radius, np.cos(angles)), np.outer(radius, np.sin(angles))], axis=-1)
-    level = np.broadcast_to(height[:, None, None], (*ring.shape[:2], 1))
-    vertices = np.concatenate([ring, level], axis=-1).reshape(-1, 3)
-    i, j = np.meshgrid(np.arange(len(outline) - 1), np.arange(_ROUND), indexing="ij")
-    here, right = i * _ROUND + j, i * _ROUND + (j + 1) % _ROUND
-    low = np.stack([here, right, here + _ROUND], axis=-1).reshape(-1, 3)
-    high = np.stack([right, right + _ROUND, here + _ROUND], axis=-1).reshape(-1, 3)
-    return vertices, np.concatenate([low, high]).astype(np.int32)
+    return np.array([(r, -z) for r, z in reversed(top)] + top)

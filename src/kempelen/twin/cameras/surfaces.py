@@ -10,9 +10,9 @@ import numpy.typing as npt
 from kempelen.core.camera import Depth
 from kempelen.core.geometry import Transform
 from kempelen.twin.cameras.optics import DepthOptics, normals_angle
-from kempelen.twin.cameras.render import Ids
+from kempelen.twin.cameras.render import Ids, geom_colours
 from kempelen.twin.physics.appearance import BLACK, BOARD, WHITE
-from kempelen.twin.physics.paint import board_paint
+from kempelen.twin.physics.paint import board_paint, board_pixels, sampled
 from kempelen.twin.physics.scene import Scene
 
 _LUMINANCE = np.array([0.3, 0.59, 0.11])
@@ -65,11 +65,7 @@ class Materials:
 
     def __init__(self, model: Any, scene: Scene) -> None:
         names = {name: int(model.material(name).id) for name in (WHITE, BLACK, BOARD)}
-        colour = np.array(model.geom_rgba[:, :3], dtype=np.float64)
-        material = np.array(model.geom_matid)
-        painted = material >= 0
-        colour[painted] = model.mat_rgba[material[painted], :3]
-        look = scene.look
+        colour, material, look = geom_colours(model), np.array(model.geom_matid), scene.look
         colour[material == names[BOARD]] = (np.array(look.light) + look.dark) / 2
         # One more row, for -1: nothing.
         self.infrared = np.append(_infrared(colour), 1.0).astype(np.float32)
@@ -78,8 +74,6 @@ class Materials:
         self.board = np.append(material == names[BOARD], False)
         self.glossy = np.append(piece & (look.gloss >= _SHINY), False)
         self._paint = _infrared(board_paint(look, scene.table.square) / 255.0).astype(np.float32)
-        self._origin = look.border_width
-        self._scale = self._paint.shape[0] / (8 * scene.table.square + 2 * look.border_width)
         self.scene = scene
 
     def see(self, optics: DepthOptics, pose: Transform, drawn: tuple[Depth, Ids]) -> Surfaces:
@@ -108,11 +102,7 @@ class Materials:
         """(n,) the board's pattern where (n,) rays meet it."""
         ray = np.concatenate([slopes, np.ones((len(slopes), 1), np.float32)], axis=1)
         points = board_from_camera @ (ray * depth[:, None])
-        last = self._paint.shape[0] - 1
-        column = ((points[:, 0] + self._origin) * self._scale).astype(int)
-        row = last - ((points[:, 1] + self._origin) * self._scale).astype(int)
-        out: Depth = self._paint[np.clip(row, 0, last), np.clip(column, 0, last)]
-        return out
+        return sampled(self._paint, board_pixels(self.scene.look, self.scene.table.square, points))
 
 
 def _infrared(colour: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:

@@ -11,6 +11,7 @@ from typing import Any
 import chess
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import KINDS, PieceShape
@@ -25,9 +26,11 @@ HIDDEN = 3
 """Group of geoms that are touched and not drawn."""
 WHITE, BLACK, BOARD, TABLE = "white", "black", "board", "table"
 """Names of materials."""
+Faces = npt.NDArray[np.int32]
 Rgba = tuple[float, float, float, float]
 _CLOTH_REPEAT = (60.0, 60.0)
 _SIDES = 28
+_THINNEST = 1e-3  # mm, of radii: no triangle of a mesh is without area
 _ALUMINIUM = (0.72, 0.74, 0.78, 1.0)
 _STEEL = (0.32, 0.34, 0.38, 1.0)
 
@@ -136,7 +139,8 @@ def add_meshes(spec: Any, pieces: Mapping[chess.PieceType, PieceShape], look: Lo
     rng = np.random.default_rng(look.seed)
     for kind in KINDS:
         outline = carved(profile(kind, pieces[kind]), rng, look.carving)
-        _mesh(spec, chess.piece_name(kind), *_turned(outline))
+        outline[:, 0] = np.maximum(outline[:, 0], _THINNEST)
+        _mesh(spec, chess.piece_name(kind), *turned(outline, _SIDES))
     knight = pieces[chess.KNIGHT]
     _mesh(spec, "horse", *_horse(knight))
 
@@ -212,27 +216,27 @@ def _beam(
     )  # fmt: skip
 
 
-def _mesh(spec: Any, name: str, vertices: Array, faces: Array) -> None:
+def _mesh(spec: Any, name: str, vertices: Array, faces: Faces) -> None:
     spec.add_mesh(
         name=name, uservert=(vertices * METRES).ravel(), userface=faces.ravel(),
         inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
     )  # fmt: skip
 
 
-def _turned(outline: Array) -> tuple[Array, Array]:
-    """A solid of revolution about z: (m, 3) vertices, mm, and (k, 3) faces."""
-    angles = np.arange(_SIDES) * math.tau / _SIDES
-    radius, height = np.maximum(outline[:, 0], 1e-3), outline[:, 1]
+def turned(outline: Array, sides: int) -> tuple[Array, Faces]:
+    """A solid of revolution about z of (n, 2) radii and heights: (m, 3) vertices and (k, 3) faces."""
+    angles = np.arange(sides) * math.tau / sides
+    radius, height = outline.T
     ring = np.stack([np.outer(radius, np.cos(angles)), np.outer(radius, np.sin(angles))], axis=-1)
     vertices = np.concatenate([ring, np.broadcast_to(height[:, None, None], (*ring.shape[:2], 1))], axis=-1)
-    i, j = np.meshgrid(np.arange(len(outline) - 1), np.arange(_SIDES), indexing="ij")
-    here, right = i * _SIDES + j, i * _SIDES + (j + 1) % _SIDES
-    below = np.stack([here, right, here + _SIDES], axis=-1).reshape(-1, 3)
-    above = np.stack([right, right + _SIDES, here + _SIDES], axis=-1).reshape(-1, 3)
-    return vertices.reshape(-1, 3), np.concatenate([below, above])
+    i, j = np.meshgrid(np.arange(len(outline) - 1), np.arange(sides), indexing="ij")
+    here, right = i * sides + j, i * sides + (j + 1) % sides
+    below = np.stack([here, right, here + sides], axis=-1).reshape(-1, 3)
+    above = np.stack([right, right + sides, here + sides], axis=-1).reshape(-1, 3)
+    return vertices.reshape(-1, 3), np.concatenate([below, above]).astype(np.int32)
 
 
-def _horse(shape: PieceShape) -> tuple[Array, Array]:
+def _horse(shape: PieceShape) -> tuple[Array, Faces]:
     """The side view, a third as thick as long: (m, 3) vertices, mm, and (k, 3) faces."""
     head, neck = shape.head_diameter / 2, shape.grip_height + 0.25 * (shape.height - shape.grip_height)
     side = np.array(_HORSE) * [head, shape.height - neck] + [0.0, neck]
@@ -251,4 +255,4 @@ def _horse(shape: PieceShape) -> tuple[Array, Array]:
         ]
     )
     inwards = np.concatenate([walls, caps])
-    return np.concatenate([left, right, hub]), inwards[:, ::-1]
+    return np.concatenate([left, right, hub]), inwards[:, ::-1].astype(np.int32)

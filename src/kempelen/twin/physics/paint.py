@@ -2,6 +2,7 @@
 
 import math
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -30,9 +31,8 @@ def board_paint(look: Look, square: float) -> Paint:
         look: Colours.
         square: Side of a square, mm.
     """
-    n, side = PAINT_SIZE, 8 * square + 2 * look.border_width
-    scale = n / side
-    at = (np.arange(n) + 0.5) / scale - look.border_width
+    scale = _scale(look, square)
+    at = (np.arange(PAINT_SIZE) + 0.5) / scale - look.border_width
     index = np.floor(at / square).astype(int)
     inside = (index >= 0) & (index < _FILES)
     chequer = (index[None, :] + index[::-1, None]) % 2 == 1  # a1, file 0 and rank 0, is dark
@@ -46,6 +46,24 @@ def board_paint(look: Look, square: float) -> Paint:
         _add_coordinates(paint, look, square, scale)
     paint.setflags(write=False)
     return paint
+
+
+def board_pixels(look: Look, square: float, points: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    """(n, 2) columns and rows (from below) in `board_paint`'s picture of (n, 3) points of the board, mm."""
+    return (points[:, :2] + look.border_width) * _scale(look, square)
+
+
+def sampled(picture: npt.NDArray[Any], at: npt.NDArray[np.floating]) -> npt.NDArray[Any]:
+    """(n, ...) values of a square picture at (n, 2) columns and rows, rows from below."""
+    last = picture.shape[0] - 1
+    column, row = np.clip(at.astype(np.int64), 0, last).T
+    out: npt.NDArray[Any] = picture[last - row, column]
+    return out
+
+
+def _scale(look: Look, square: float) -> float:
+    """Pixels of the board's picture to a millimetre."""
+    return PAINT_SIZE / (8 * square + 2 * look.border_width)
 
 
 @lru_cache(maxsize=8)
