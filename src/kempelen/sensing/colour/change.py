@@ -7,6 +7,8 @@ squares change in a move, all others show what the camera's movement, its noise 
 the changed squares come to lie in an invented shadow.
 """
 
+from itertools import permutations
+
 import numpy as np
 import numpy.typing as npt
 
@@ -80,22 +82,19 @@ class ChangeModel:
         """
         seen = changes(self._memory, now, self._search)
         unforeseen = self._broad.log_density(seen)
-        out = hedged(self._into(seen), unforeseen[:, None])
         still = np.arange(64), self._states
-        others = out.copy()
-        others[still] = -np.inf
-        changed = np.logaddexp.reduce(others, axis=1) - np.log(2)
+        out = self._into(seen, unforeseen)
+        changed = np.logaddexp.reduce(out, axis=1) - np.log(2)
         out[still] = hedged(self._unchanged(seen, changed), unforeseen)
         return out
 
-    def _into(self, seen: Array) -> Array:
-        """(64, 3) as if every square had changed."""
-        out = np.empty((64, 3))
-        for state in range(3):
-            for before in range(3):
-                for shade in (False, True):
-                    k = (self._states == before) & (self._dark == shade)
-                    out[k, state] = self._change(before, state, shade, seen[k])
+    def _into(self, seen: Array, unforeseen: Array) -> Array:
+        """(64, 3) as if every square had changed: minus infinity where it was before."""
+        out = np.full((64, 3), -np.inf)
+        for before, after in permutations(range(3), 2):
+            for shade in (False, True):
+                k = (self._states == before) & (self._dark == shade)
+                out[k, after] = hedged(self._change(before, after, shade, seen[k]), unforeseen[k])
         return out
 
     def _change(self, before: int, after: int, shade: bool, seen: Array) -> Array:  # noqa: FBT001 - a key

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kempelen.core.geometry import Array
-from kempelen.sensing.colour.columns import MARGIN, Plane, tiles, without_margin
+from kempelen.sensing.colour.columns import MARGIN, Columns, Plane, tiles, without_margin
 from kempelen.sensing.colour.fields import BASIS, basis_at, fit_smooth
 
 FLOOR = 0.02  # of full scale: black plastic reflects 2 to 4 %, lenses scatter about 1 %
@@ -22,13 +22,13 @@ _DARKEST = 0.04045  # sRGB is straight up to there (IEC 61966-2-1)
 _code = np.arange(256) / 255
 _LINEAR = np.where(_code <= _DARKEST, _code / 12.92, ((_code + 0.055) / 1.055) ** 2.4)
 _LOG = np.log(_LINEAR + FLOOR).astype(np.float32)
+_CHANNELS_FROM_BGR = np.array([[1 / 3, 1 / 3, 1 / 3], [0, -1, 1], [1, -1, 0]])
 
 
 def encoded(seen: Plane) -> Plane:
-    """BGR, 0 to 255, as (mean, red over green, blue over green) of logarithms."""
-    logs = _LOG[np.clip(np.rint(seen), 0, 255).astype(np.uint8)]
-    blue, green, red = logs[..., 0], logs[..., 1], logs[..., 2]
-    return np.stack([(blue + green + red) / 3, red - green, blue - green], axis=-1)
+    """BGR, whole numbers 0 to 255, as (mean, red over green, blue over green) of logarithms."""
+    logs = cv2.LUT(seen.astype(np.uint8), _LOG)
+    return np.asarray(cv2.transform(logs, _CHANNELS_FROM_BGR), dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +58,7 @@ class LightChange:
             trust: (64,) or a number: weight of each square, for instance that it stands unchanged.
         """
         off = after - before
-        seen = np.median(tiles(without_margin(off)).reshape(64, -1, 3), axis=1).astype(np.float64)
+        seen = _medians(tiles(without_margin(off)).reshape(64, -1, 3)).astype(np.float64)
         fits = np.column_stack([fit_smooth(seen[:, channel], trust) for channel in range(3)])
         pixels = len(off) / (8 + 2 * MARGIN)
         smooth = (basis_at(len(off), pixels) @ fits).astype(np.float32)
@@ -68,6 +68,14 @@ class LightChange:
     def removed(self, seen: Plane) -> Plane:
         """An encoded plane picture as it would look without the change."""
         return seen - self.whole
+
+
+def _medians(values: Columns) -> Columns:
+    """Along the second axis; sorting float32 takes a fifth of the time of `np.median`."""
+    count = values.shape[1]
+    middle = np.sort(values, axis=1)[:, (count - 1) // 2 : count // 2 + 1]
+    out: Columns = middle.mean(axis=1)
+    return out
 
 
 def _shadows(off: Plane, pixels: float) -> Plane:

@@ -1,10 +1,12 @@
 """What a column looks like, and how much it changed, in a few numbers."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.stride_tricks import sliding_window_view
 
 from kempelen.core.geometry import Array
 from kempelen.sensing.colour.columns import Columns
@@ -28,7 +30,7 @@ def looks(columns: Columns, radii: Sequence[float]) -> Array:
     """
     across = np.diff(columns, axis=3)[:, :, 1:]
     along = np.diff(columns, axis=2)[:, :, :, 1:]
-    edges = np.sqrt((across * across + along * along).sum(axis=-1))
+    edges = np.sqrt(_energy(across) + _energy(along))
     out = []
     fine = _fine(columns)
     for k, radius in enumerate(radii):
@@ -41,14 +43,24 @@ def looks(columns: Columns, radii: Sequence[float]) -> Array:
     return np.stack(out, axis=1).astype(np.float64)
 
 
+def _energy(steps: Columns) -> Columns:
+    """(...) sums over the channels of (..., channels) squares."""
+    out: Columns = np.einsum("...c,...c->...", steps, steps)
+    return out
+
+
 def _fine(columns: Columns) -> Columns:
-    """(n, slices, pixels, pixels) brightness without what is coarser than a piece's rim: no soft shadows."""
-    n, slices, pixels = columns.shape[:3]
-    bright = np.ascontiguousarray(columns[..., 0]).reshape(n * slices, pixels, pixels)
-    out = np.empty_like(bright)
-    for k in range(len(bright)):
-        out[k] = bright[k] - cv2.GaussianBlur(bright[k], (0, 0), RIM * pixels)
-    return out.reshape(n, slices, pixels, pixels)
+    """(..., pixels, pixels) brightness without what is coarser than a piece's rim: no soft shadows."""
+    bright = np.ascontiguousarray(columns[..., 0])
+    blur = _blur(bright.shape[-1])
+    return (bright - blur @ bright @ blur.T).astype(np.float32, copy=False)
+
+
+@lru_cache(maxsize=4)
+def _blur(pixels: int) -> Columns:
+    """(pixels, pixels) matrix of a Gaussian blur along one axis: far cheaper than a call for each square."""
+    unit = np.eye(pixels, dtype=np.float32)
+    return np.asarray(cv2.GaussianBlur(unit, (1, 0), sigmaX=0, sigmaY=RIM * pixels), dtype=np.float32)
 
 
 def _disc(pixels: int, radius: float) -> npt.NDArray[np.bool_]:
@@ -69,11 +81,12 @@ def changes(before: Columns, after: Columns, search: int) -> Array:
         after: Of the same shape.
         search: Pixels by which they may be out of register.
     """
-    slices = range(before.shape[1])
-    return np.concatenate([_slice_changes(before[:, k], after[:, k], search) for k in slices], axis=1)
+    slices = (-1, *before.shape[2:])
+    return _slice_changes(before.reshape(slices), after.reshape(slices), search).reshape(len(before), -1)
 
 
 def _slice_changes(before: Columns, after: Columns, search: int) -> Array:
+    """(n, 5) as `changes`, of (n, pixels, pixels, 3)."""
     old, new = _registered(_patterns(before), _patterns(after), search)
     off = new - old
     pattern, *tints, rims = (off * off).mean(axis=(1, 2)).T
@@ -97,20 +110,22 @@ def _slice_changes(before: Columns, after: Columns, search: int) -> Array:
 def _patterns(one_slice: Columns) -> Columns:
     """(n, pixels, pixels, 4): brightness about its mean, both tints, rims."""
     level = one_slice[..., :1].mean(axis=(1, 2), keepdims=True)
-    rims = _fine(one_slice[:, None])[:, 0, ..., None]
+    rims = _fine(one_slice)[..., None]
     return np.concatenate([one_slice[..., :1] - level, one_slice[..., 1:], rims], axis=-1)
 
 
 def _registered(before: Columns, after: Columns, search: int) -> tuple[Columns, Columns]:
-    """Middles of the one, and of the other where they fit best."""
+    """Middles of the one, and of the other where they fit best, by the sum of squares."""
     inner = before.shape[1] - 2 * search
     still = np.ascontiguousarray(before[:, search : search + inner, search : search + inner])
-    fitting = np.empty_like(still)
-    for k, (one, other) in enumerate(zip(still, np.ascontiguousarray(after), strict=True)):
-        error = cv2.matchTemplate(other, one, cv2.TM_SQDIFF)
-        down, right = np.unravel_index(np.argmin(error), error.shape)
-        fitting[k] = other[down : down + inner, right : right + inner]
-    return still, fitting
+    windows = np.moveaxis(sliding_window_view(after, (inner, inner), axis=(1, 2)), 3, -1)
+    tried = windows.shape[1:3]
+    error = np.empty((*tried, len(after)), dtype=np.float32)  # but for the sum of ``still`` itself
+    for at in np.ndindex(tried):
+        window = windows[:, *at]
+        error[at] = np.einsum("nijc,nijc->n", window, window) - 2 * np.einsum("nijc,nijc->n", window, still)
+    best = np.unravel_index(error.reshape(-1, len(after)).argmin(axis=0), tried)
+    return still, windows[np.arange(len(after)), *best]
 
 
 def shadowed(columns: Columns, depth: float, generator: np.random.Generator) -> Columns:

@@ -33,18 +33,18 @@ class Student:
 
     Attributes:
         mean: (d,).
-        root: (d, d) lower Cholesky factor of the scale matrix.
+        whitening: (d, d) inverse of the lower Cholesky factor of the scale matrix.
         freedom: Degrees of freedom.
     """
 
     mean: Array
-    root: Array
+    whitening: Array
     freedom: float
 
     @classmethod
     def of(cls, mean: Array, scale: Array, freedom: float) -> "Student":
         """From its scale matrix."""
-        return cls(mean, np.linalg.cholesky(scale).astype(np.float64), freedom)
+        return cls(mean, np.linalg.inv(np.linalg.cholesky(scale)).astype(np.float64), freedom)
 
     @classmethod
     def predicted(
@@ -62,12 +62,12 @@ class Student:
     def log_density(self, x: Array) -> Array:
         """(n,) of (n, d)."""
         d, nu = len(self.mean), self.freedom
-        off = np.linalg.solve(self.root, (x - self.mean).T)
+        off = (x - self.mean) @ self.whitening.T
         constant = gammaln((nu + d) / 2) - gammaln(nu / 2) - d / 2 * np.log(nu * np.pi)
         out: Array = (
             constant
-            - np.log(np.diag(self.root)).sum()
-            - (nu + d) / 2 * np.log1p((off * off).sum(axis=0) / nu)
+            + np.log(np.diag(self.whitening)).sum()
+            - (nu + d) / 2 * np.log1p((off * off).sum(axis=1) / nu)
         )
         return out
 
@@ -93,7 +93,7 @@ def fitted(examples: Array, weight: Array, towards: Array | None = None, share: 
 def broad(examples: Array, weight: Array) -> Student:
     """Like any of the examples and what lies around them: the model of what no model foresaw."""
     model = fitted(examples, weight)
-    return Student(model.mean, model.root * np.sqrt(INFLATED), 5.0)
+    return Student(model.mean, model.whitening / np.sqrt(INFLATED), 5.0)
 
 
 def hedged(log_density: Array, unforeseen: Array) -> Array:
