@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from kempelen.core.camera import Picture
-from kempelen.twin.cameras.fields import normal, spare
+from kempelen.twin.cameras.fields import normal, spare, window
 from kempelen.twin.cameras.noise import Noise
 from kempelen.twin.cameras.settings import Lighting
 
@@ -64,9 +64,7 @@ class ColourSensor:
         """(h, w, 3) what is added and what is taken away, of the square roots."""
         if self._banks is None or self._shot != shot:
             self._banks, self._shot = self._draw(shot), shot
-        height, width = self._size
-        rows, columns = self._rng.integers(0, np.array(spare(0, 0)))
-        cut = slice(rows, rows + height), slice(columns, columns + width)
+        cut = window(self._rng, *self._size)
         return self._banks[0][cut], self._banks[1][cut]
 
     def _draw(self, shot: float) -> tuple[Picture, Picture]:

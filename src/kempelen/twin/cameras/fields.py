@@ -26,24 +26,29 @@ class Bank:
 
     def cut(self) -> npt.NDArray[Any]:
         """A (h, w) view."""
-        top, left = self._rng.integers(0, _SPARE, 2)
-        height, width = self._numbers.shape[0] - _SPARE, self._numbers.shape[1] - _SPARE
-        return self._numbers[top : top + height, left : left + width]
+        height, width = self._numbers.shape
+        return self._numbers[window(self._rng, height - _SPARE, width - _SPARE)]
 
     @classmethod
     def normal(cls, rng: np.random.Generator, height: int, width: int, *, smooth: float = 0.0) -> "Bank":
         """Standard normal numbers, with neighbours alike over ``smooth`` pixels."""
-        return cls(rng, normal(rng, height + _SPARE, width + _SPARE, smooth=smooth))
+        return cls(rng, normal(rng, *spare(height, width), smooth=smooth))
 
     @classmethod
     def uniform(cls, rng: np.random.Generator, height: int, width: int) -> "Bank":
         """Numbers from 0 to 1."""
-        return cls(rng, rng.random((height + _SPARE, width + _SPARE), dtype=np.float32))
+        return cls(rng, rng.random(spare(height, width), dtype=np.float32))
 
 
 def spare(height: int, width: int) -> tuple[int, int]:
     """Shape of a bank for pictures of that size."""
     return height + _SPARE, width + _SPARE
+
+
+def window(rng: np.random.Generator, height: int, width: int) -> tuple[slice, slice]:
+    """Where to cut a picture of that size out of a bank for it."""
+    top, left = map(int, rng.integers(0, _SPARE, 2))
+    return slice(top, top + height), slice(left, left + width)
 
 
 def normal(rng: np.random.Generator, height: int, width: int, *, smooth: float = 0.0) -> Field:

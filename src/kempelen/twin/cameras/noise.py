@@ -57,4 +57,3 @@ OFF = Noise(
     offset=0.0, wiggling=0.0, disparity=0.0, holes=0.0, shot=0.0, blur=0.0,
 )  # fmt: skip
 """An ideal camera."""
-PRESETS = {"nominal": NOMINAL, "off": OFF}

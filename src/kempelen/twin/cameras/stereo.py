@@ -24,11 +24,17 @@ _HOLE = 3.0
 
 @dataclass(slots=True)
 class Expectation:
-    """(h, w) disparity in pixels, 0 where nothing can be matched; spread of the disparity; loss."""
+    """What every frame of an unchanged scene has in common, for each of the (h, w) pixels.
+
+    Attributes:
+        disparity: Pixels, 0 where nothing can be matched.
+        spread: Of the disparity, pixels.
+        blind: Patches (standard normal numbers) below this find no match.
+    """
 
     disparity: Depth
     spread: Depth
-    loss: Depth
+    blind: Depth
 
 
 class Stereo:
@@ -54,8 +60,8 @@ class Stereo:
     def blank(self) -> Expectation:
         """Of a camera that has not looked yet."""
         lens = self._model.depth
-        disparity, spread, loss = np.zeros((3, lens.height, lens.width), np.float32)
-        return Expectation(disparity, spread, loss)
+        disparity, spread = np.zeros((2, lens.height, lens.width), np.float32)
+        return Expectation(disparity, spread, np.full_like(disparity, -np.inf))
 
     def expect(self, into: Expectation, seen: Surfaces, noise: Noise, taken: Region, kept: Region) -> None:
         """Everything but chance.
@@ -79,7 +85,7 @@ class Stereo:
         part = kept.within(taken)
         into.disparity[kept.slices] = disparity[part]
         into.spread[kept.slices] = (noise.disparity * dark * np.ones_like(disparity))[part]
-        into.loss[kept.slices] = (loss * np.ones_like(disparity))[part]
+        into.blind[kept.slices] = _quantile(np.full_like(disparity, loss))[part]
 
     def measure(self, expected: Expectation, noise: Noise) -> Depth:
         """A frame: (h, w) mm."""
@@ -87,8 +93,8 @@ class Stereo:
         out: Depth = np.divide(self._scale, np.maximum(disparity, np.float32(_STEP)), dtype=np.float32)
         out += np.float32(noise.offset)
         empty = expected.disparity <= 0
-        if expected.loss.max() > 0:
-            empty |= self._patches.cut() < _quantile(expected.loss)
+        if expected.blind.max() > -np.inf:
+            empty |= self._patches.cut() < expected.blind
         empty |= (out < self._model.nearest) | (out > self._model.farthest)
         out[empty] = 0
         return out

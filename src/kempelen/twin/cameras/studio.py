@@ -55,8 +55,7 @@ class Shot:
     @property
     def corners(self) -> Array:
         """(4, 2) true pixels of the outer corners of a1, h1, h8 and a8."""
-        side = 8 * self.square
-        return self.pixels(np.array([[0, 0, 0], [side, 0, 0], [side, side, 0], [0, side, 0]], dtype=float))
+        return self.pixels(_corners(self.square))
 
 
 class Studio:
@@ -139,9 +138,7 @@ def _webcam(width: int, height: int, view: float) -> CameraModel:
 
 def _whole(placement: Placement, lens: Intrinsics, square: float) -> Placement:
     """From as far away as it takes for the whole board to be in the picture."""
-    side = 8 * square
-    corners = np.array([[0, 0, 0], [side, 0, 0], [side, side, 0], [0, side, 0]], dtype=float)
-    room = _MARGIN * np.array([lens.width, lens.height])
+    corners, room = _corners(square), _MARGIN * np.array([lens.width, lens.height])
     for _ in range(_STEPS_BACK):
         pixels = lens.project(placement.board_from_camera.inverse() @ corners)
         if (pixels > room).all() and (pixels < [lens.width, lens.height] - room).all():
@@ -151,9 +148,7 @@ def _whole(placement: Placement, lens: Intrinsics, square: float) -> Placement:
     return placement
 
 
-def render(
-    rng: np.random.Generator, board: chess.Board | None = None, *, width: int = 1280, height: int = 720
-) -> Shot:
-    """One picture of a random set-up; for many, use a `Studio`."""
-    with Studio(width, height, seed=int(rng.integers(1 << 31))) as studio:
-        return studio.render(rng, board)
+def _corners(square: float) -> Array:
+    """(4, 3) mm, board frame: the outer corners of a1, h1, h8 and a8."""
+    side = 8 * square
+    return np.array([[0, 0, 0], [side, 0, 0], [side, side, 0], [0, side, 0]], dtype=float)
