@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -56,9 +57,9 @@ class Errand:
     pace: float = 1.0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass
 class Grasp:
-    """An errand under way.
+    """An errand under way. Only ``elapsed`` changes; what else there is to know is worked out once.
 
     Attributes:
         errand: What is to be done.
@@ -82,7 +83,7 @@ class Grasp:
     radius: float
     elapsed: float = 0.0
 
-    @property
+    @cached_property
     def reach_time(self) -> float:
         """When the hand is at the piece, s since it set out."""
         return self._reach(self.start, tuple(self._tip(*self._held(0.0))))
@@ -90,33 +91,33 @@ class Grasp:
     def _reach(self, here: Point, there: tuple[float, ...]) -> float:
         return self.errand.pace * (REACH_SECONDS + math.dist(here, there) / REACH_SPEED)
 
-    @property
+    @cached_property
     def _legs(self) -> list[tuple[float, float]]:
         """(x, y) points of the carry, in order."""
         return [self.source[:2], *self.errand.via, self.errand.target[:2]]
 
+    @cached_property
     def _leg_seconds(self) -> list[float]:
-        legs = self._legs
         return [
             self.errand.pace * (CARRY_SECONDS + min(math.dist(a, b), 1000.0) / CARRY_SPEED)
-            for a, b in pairwise(legs)
+            for a, b in pairwise(self._legs)
         ]
 
-    @property
+    @cached_property
     def hold_seconds(self) -> float:
         """How long the piece is in the hand."""
         errand = self.errand
         if errand.piece < 0:
             return errand.pause
         stops = (len(errand.via) + 1) * errand.pause
-        return errand.pace * (LIFT_SECONDS + LOWER_SECONDS) + sum(self._leg_seconds()) + stops
+        return errand.pace * (LIFT_SECONDS + LOWER_SECONDS) + sum(self._leg_seconds) + stops
 
     @property
     def release_time(self) -> float:
         """When the hand lets go, s since it set out."""
         return self.reach_time + self.hold_seconds
 
-    @property
+    @cached_property
     def end_time(self) -> float:
         """When the hand is out of the way again, s since it set out."""
         last = self._tip(*self._held(self.hold_seconds))
@@ -173,7 +174,7 @@ class Grasp:
     def _across(self, at: float) -> Array:
         """(2,) of the carry at a time since it began."""
         legs = self._legs
-        for (here, there), seconds in zip(pairwise(legs), self._leg_seconds(), strict=True):
+        for (here, there), seconds in zip(pairwise(legs), self._leg_seconds, strict=True):
             if at <= seconds + self.errand.pause:
                 return np.asarray(np.array(here) + _ease(at / seconds) * np.subtract(there, here))
             at -= seconds + self.errand.pause

@@ -152,7 +152,7 @@ class Person:
         if self._over(grasp):
             self._grasp, self._done = None, grasp.errand.number
         else:
-            self._grasp = replace(grasp, elapsed=grasp.elapsed + dt)
+            grasp.elapsed += dt
 
     def _over(self, grasp: Grasp) -> bool:
         """Whether the next errand may begin: a hand with more to do does not go home in between."""
