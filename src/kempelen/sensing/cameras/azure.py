@@ -8,10 +8,11 @@ import numpy as np
 
 from kempelen.core.camera import Frame, Intrinsics
 from kempelen.core.errors import CameraError
-from kempelen.core.geometry import Array, Transform
+from kempelen.core.geometry import Array
 from kempelen.sensing.cameras.counting import PeriodCounter
 from kempelen.sensing.cameras.lenses import fitted, rational
 from kempelen.sensing.cameras.libraries import library
+from kempelen.sensing.cameras.registration import rigid
 
 _MM = 1000.0
 _WIDTH, _HEIGHT = 1920, 1080
@@ -77,8 +78,7 @@ class AzureKinectCamera:
             depth_lens, _pinhole(calibration, depth, _DEPTH_WIDTH, _DEPTH_HEIGHT)
         )
         rotation, translation = calibration.get_extrinsic_parameters(depth, colour)
-        left, _, right = np.linalg.svd(np.asarray(rotation, dtype=np.float64))  # stored as 32-bit numbers
-        self._colour_from_depth = Transform(left @ right, np.ravel(translation) * _MM)
+        self._colour_from_depth = rigid(rotation, np.ravel(translation) * _MM)
         self.settings = {
             "device": self._device, "colour": [_WIDTH, _HEIGHT],
             "depth": [_DEPTH_WIDTH, _DEPTH_HEIGHT], "fps": 30,

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -87,10 +88,7 @@ class PictureCamera:
         time.sleep(min(max(wait, 0.0), timeout))
         if wait > timeout:
             return None
-        old = self._frame
-        frame = Frame(
-            self._shown, self._shown * _PERIOD, old.colour, old.depth, old.colour_camera, old.depth_camera
-        )
+        frame = replace(self._frame, sequence=self._shown, time=self._shown * _PERIOD)
         self._shown += 1
         return frame
 

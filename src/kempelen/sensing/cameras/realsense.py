@@ -8,10 +8,10 @@ import numpy as np
 
 from kempelen.core.camera import Frame, Intrinsics
 from kempelen.core.errors import CameraError
-from kempelen.core.geometry import Transform
 from kempelen.sensing.cameras.counting import Counter
 from kempelen.sensing.cameras.lenses import fitted, inverse, rational
 from kempelen.sensing.cameras.libraries import library
+from kempelen.sensing.cameras.registration import rigid
 
 _MM = 1000.0
 
@@ -86,7 +86,7 @@ class RealSenseCamera:
         self._depth_camera = _intrinsics(rs, depth.get_intrinsics())
         between = depth.get_extrinsics_to(colour)
         rotation = np.reshape(between.rotation, (3, 3), order="F")  # librealsense stores it by columns
-        self._colour_from_depth = _rigid(rotation, np.array(between.translation) * _MM)
+        self._colour_from_depth = rigid(rotation, np.array(between.translation) * _MM)
         device = profile.get_device()
         self._unit = np.float32(device.first_depth_sensor().get_depth_scale() * _MM)
         self.name = device.get_info(rs.camera_info.name)
@@ -161,9 +161,3 @@ def _intrinsics(rs: Any, of: Any) -> Intrinsics:
         f"This RealSense camera describes its lens by the model {of.model}, which is not supported.",
         hint="Use a camera of the D4xx series.",
     )
-
-
-def _rigid(rotation: Any, translation: Any) -> Transform:
-    """The stored matrix has the accuracy of 32-bit numbers: the rotation next to it."""
-    left, _, right = np.linalg.svd(rotation.astype(np.float64))
-    return Transform(left @ right, translation)

@@ -132,3 +132,17 @@ def rotation_between(ours: Array, theirs: Array) -> Array:
     turn = np.diag([1.0, 1.0, np.linalg.det(left @ right)])
     out: Array = left @ turn @ right
     return out
+
+
+def rigid(rotation: npt.ArrayLike, translation: Array) -> Transform:
+    """From a camera's own memory, whose matrix has the accuracy of 32-bit numbers: the rotation next to it.
+
+    Args:
+        rotation: (3, 3) about.
+        translation: (3,) mm.
+
+    Raises:
+        CalibrationError: it is a reflection.
+    """
+    left, _, right = np.linalg.svd(np.asarray(rotation, dtype=np.float64))
+    return Transform(left @ right, translation)
