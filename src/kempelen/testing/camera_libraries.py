@@ -184,39 +184,45 @@ def pyrealsense2(bench: Bench, coefficients: tuple[float, ...] = (0.0,) * 5) -> 
 # --- Azure Kinect ---------------------------------------------------------------------------------------
 
 
-def pyk4a(bench: Bench) -> Any:  # noqa: C901 - a module, class by class
+class K4AException(Exception):  # noqa: N818 - its name
+    """Of pyk4a."""
+
+
+class K4ATimeoutException(K4AException):
+    """Of pyk4a."""
+
+
+class CalibrationType(Enum):
+    """Of pyk4a."""
+
+    DEPTH = 0
+    COLOR = 1
+
+
+class _Calibration:
+    def get_camera_matrix(self, camera: CalibrationType) -> Any:
+        f, cx, cy = (900.0, 958.0, 547.0) if camera is CalibrationType.COLOR else (504.0, 320.0, 330.0)
+        return np.array([[f, 0, cx], [0, f, cy], [0, 0, 1]])
+
+    def get_distortion_coefficients(self, camera: CalibrationType) -> Any:
+        if camera is CalibrationType.COLOR:
+            return np.array(
+                [0.722746, -2.88559, 0.000783, -0.000143, 1.632723, 0.602199, -2.719626, 1.565053]
+            )
+        return np.array([3.130577, 2.324939, 0.000081, -0.000051, 0.130416, 3.458652, 3.350115, 0.662942])
+
+    def get_extrinsic_parameters(self, source: CalibrationType, target: CalibrationType) -> Any:
+        assert (source, target) == (CalibrationType.DEPTH, CalibrationType.COLOR)
+        c, s = np.float32(np.cos(0.1)), np.float32(np.sin(0.1))  # tilted about x
+        return np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), np.array([[-0.032, -0.002, 0.004]])
+
+
+def pyk4a(bench: Bench) -> Any:
     """A module like ``pyk4a`` with one camera on it."""
     module: Any = ModuleType("pyk4a")
 
-    class K4AException(Exception):  # noqa: N818 - its name
-        pass
-
-    class K4ATimeoutException(K4AException):
-        pass
-
-    class CalibrationType(Enum):
-        DEPTH = 0
-        COLOR = 1
-
-    class Calibration:
-        def get_camera_matrix(self, camera: CalibrationType) -> Any:
-            f, cx, cy = (900.0, 958.0, 547.0) if camera is CalibrationType.COLOR else (504.0, 320.0, 330.0)
-            return np.array([[f, 0, cx], [0, f, cy], [0, 0, 1]])
-
-        def get_distortion_coefficients(self, camera: CalibrationType) -> Any:
-            if camera is CalibrationType.COLOR:
-                return np.array(
-                    [0.722746, -2.88559, 0.000783, -0.000143, 1.632723, 0.602199, -2.719626, 1.565053]
-                )
-            return np.array([3.130577, 2.324939, 0.000081, -0.000051, 0.130416, 3.458652, 3.350115, 0.662942])
-
-        def get_extrinsic_parameters(self, source: CalibrationType, target: CalibrationType) -> Any:
-            assert (source, target) == (CalibrationType.DEPTH, CalibrationType.COLOR)
-            c, s = np.float32(np.cos(0.1)), np.float32(np.sin(0.1))  # tilted about x
-            return np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), np.array([[-0.032, -0.002, 0.004]])
-
     class PyK4A:
-        calibration = Calibration()
+        calibration = _Calibration()
 
         def __init__(self, config: Any = None, device_id: int = 0) -> None:
             bench.options |= vars(config) | {"device_id": device_id}
@@ -272,37 +278,46 @@ def colour_parameters() -> SimpleNamespace:
     )
 
 
+class FrameType(Enum):
+    """Of freenect2."""
+
+    Color = 1
+    Ir = 2
+    Depth = 4
+
+
+class FrameFormat(Enum):
+    """Of freenect2."""
+
+    Float = 2
+    BGRX = 4
+    RGBX = 5
+
+
+class NoDeviceError(RuntimeError):
+    """Of freenect2."""
+
+
+class NoFrameReceivedError(RuntimeError):
+    """Of freenect2."""
+
+
+def _kinect_frames(bench: Bench) -> Iterator[tuple[FrameType, Any]]:
+    while True:
+        number = bench.next()
+        colour = np.zeros((1080, 1920, 4), np.uint8)
+        colour[:, :5] = (number % 256, 1, 2, 255)  # on the left, in the mirror
+        depth = np.full((424, 512), 900.0 + number, np.float32)
+        depth[0, 0], depth[0, 1], depth[0, 2] = np.nan, -1.0, np.inf
+        ticks = number * 267
+        yield FrameType.Ir, _kinect_frame(depth, FrameFormat.Float, number, ticks)
+        yield FrameType.Depth, _kinect_frame(depth, FrameFormat.Float, number, ticks)
+        yield FrameType.Color, _kinect_frame(colour, FrameFormat.BGRX, number, ticks + 8)
+
+
 def freenect2(bench: Bench) -> Any:
     """A module like ``freenect2`` with one Kinect on it."""
     module: Any = ModuleType("freenect2")
-
-    class FrameType(Enum):
-        Color = 1
-        Ir = 2
-        Depth = 4
-
-    class FrameFormat(Enum):
-        Float = 2
-        BGRX = 4
-        RGBX = 5
-
-    class NoDeviceError(RuntimeError):
-        pass
-
-    class NoFrameReceivedError(RuntimeError):
-        pass
-
-    def frames() -> Iterator[tuple[FrameType, Any]]:
-        while True:
-            number = bench.next()
-            colour = np.zeros((1080, 1920, 4), np.uint8)
-            colour[:, :5] = (number % 256, 1, 2, 255)  # on the left, in the mirror
-            depth = np.full((424, 512), 900.0 + number, np.float32)
-            depth[0, 0], depth[0, 1], depth[0, 2] = np.nan, -1.0, np.inf
-            ticks = number * 267
-            yield FrameType.Ir, _kinect_frame(depth, FrameFormat.Float, number, ticks)
-            yield FrameType.Depth, _kinect_frame(depth, FrameFormat.Float, number, ticks)
-            yield FrameType.Color, _kinect_frame(colour, FrameFormat.BGRX, number, ticks + 8)
 
     class Device:
         ir_camera_params = SimpleNamespace(
@@ -313,7 +328,7 @@ def freenect2(bench: Bench) -> Any:
         def __init__(self) -> None:
             if not bench.present:
                 raise NoDeviceError
-            self._frames = frames()
+            self._frames = _kinect_frames(bench)
 
         def start(self) -> None:
             bench.calls.append("start")
