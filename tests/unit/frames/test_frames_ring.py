@@ -1,15 +1,8 @@
 import fcntl
 import gc
 import os
-import signal
 import socket
-import subprocess
-import sys
 import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,36 +12,17 @@ from kempelen.core.errors import CameraError
 from kempelen.core.geometry import Transform
 from kempelen.frames import layout, ring
 from kempelen.frames.door import address
-from kempelen.frames.layout import frame_bytes
 from kempelen.frames.ring import RingReader, RingWriter, ring_name
-
-SHAPE = (40, 60, 3)
-
-
-def frame(number: int, shape: tuple[int, ...] = SHAPE) -> Frame:
-    """Every pixel says which frame it belongs to."""
-    return Frame(
-        number, number / 30, np.full(shape, number % 251, np.uint8), np.full((20, 30), number, np.float32)
-    )
+from kempelen.testing.rings import SHAPE, numbered, until
 
 
-@pytest.fixture
-def writer() -> Iterator[RingWriter]:
-    with RingWriter(ring_name("test"), 4, frame_bytes(frame(0))) as opened:
-        yield opened
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 10
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
-
-
-def memories() -> set[str]:
-    """Memory without a name that this process has open or mapped."""
-    lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
-    return {line.split()[4] for line in lines if "memfd:kempelen" in line}
+def hold(writer: RingWriter, reader: RingReader, count: int) -> list[Frame | None]:
+    """So many frames, written and read."""
+    held = []
+    for number in range(count):
+        writer.write_frame(numbered(number))
+        held.append(reader.newest())
+    return held
 
 
 class TestFrames:
@@ -60,8 +34,8 @@ class TestFrames:
         sent = Frame(
             7,
             1.25,
-            frame(7).colour,
-            frame(7).depth,
+            numbered(7).colour,
+            numbered(7).depth,
             colour,
             depth,
             Transform.about_z(0.3, (52.0, 1.0, -2.0)),
@@ -82,7 +56,7 @@ class TestFrames:
 
     @pytest.mark.parametrize("what", ["colour", "depth"])
     def test_one_of_both_is_enough(self, writer: RingWriter, what: str) -> None:
-        whole = frame(1)
+        whole = numbered(1)
         half = Frame(1, 0.0, whole.colour) if what == "colour" else Frame(1, 0.0, depth=whole.depth)
         with RingReader(writer.name) as reader:
             writer.write_frame(half)
@@ -94,7 +68,7 @@ class TestFrames:
 
     def test_a_reader_cannot_write_on_it(self, writer: RingWriter) -> None:
         with RingReader(writer.name) as reader:
-            writer.write_frame(frame(1))
+            writer.write_frame(numbered(1))
             got = reader.newest()
             assert got is not None
             assert got.colour is not None
@@ -105,7 +79,7 @@ class TestFrames:
 
     def test_nothing_is_copied_on_the_reader_s_side(self, writer: RingWriter) -> None:
         with RingReader(writer.name) as one, RingReader(writer.name) as other:
-            writer.write_frame(frame(1))
+            writer.write_frame(numbered(1))
             first, second = one.newest(), other.newest()
             assert first is not None
             assert second is not None
@@ -117,7 +91,7 @@ class TestFrames:
     def test_the_newest_wins(self, writer: RingWriter) -> None:
         with RingReader(writer.name) as reader:
             for number in range(20):
-                writer.write_frame(frame(number))
+                writer.write_frame(numbered(number))
             got = reader.newest()
             assert got is not None
             assert got.sequence == 19
@@ -126,7 +100,7 @@ class TestFrames:
     def test_waiting_ends_when_a_frame_comes(self, writer: RingWriter) -> None:
         with RingReader(writer.name) as reader:
             assert reader.newest(timeout=0.001) is None
-            later = threading.Timer(0.02, writer.write_frame, [frame(5)])
+            later = threading.Timer(0.02, writer.write_frame, [numbered(5)])
             later.start()
             got = reader.newest(4, timeout=30)
             later.join()
@@ -153,18 +127,18 @@ class TestFrames:
 class TestLeases:
     def test_what_is_held_is_not_written_over(self, writer: RingWriter) -> None:
         with RingReader(writer.name) as reader:
-            writer.write_frame(frame(1))
+            writer.write_frame(numbered(1))
             held = reader.newest()
             assert held is not None
             for number in range(2, 50):
-                assert writer.write_frame(frame(number))
+                assert writer.write_frame(numbered(number))
             assert reader.still_valid(held)
             assert held.colour is not None
             assert (held.colour == 1).all()
 
     def test_letting_go_gives_the_slot_back(self, writer: RingWriter) -> None:
         with RingReader(writer.name) as reader:
-            writer.write_frame(frame(1))
+            writer.write_frame(numbered(1))
             held = reader.newest()
             assert writer._control.held()
             depth = held.depth if held else None
@@ -178,14 +152,11 @@ class TestLeases:
         self, writer: RingWriter
     ) -> None:
         with RingReader(writer.name) as reader:
-            held = []
-            for number in range(4):
-                writer.write_frame(frame(number))
-                held.append(reader.newest())
-            assert not writer.write_frame(frame(4))
+            held = hold(writer, reader, 4)
+            assert not writer.write_frame(numbered(4))
             assert writer.lost == reader.lost == 1
             del held[1:3]
-            assert writer.write_frame(frame(5))
+            assert writer.write_frame(numbered(5))
             got = reader.newest(3)
             assert got is not None
             assert got.dropped == 1
@@ -194,22 +165,16 @@ class TestLeases:
         self, writer: RingWriter, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         with RingReader(writer.name) as reader:
-            held = []
-            for number in range(4):
-                writer.write_frame(frame(number))
-                held.append(reader.newest())
+            held = hold(writer, reader, 4)
             monkeypatch.setattr(ring, "LEASE_S", -1.0)
-            assert writer.write_frame(frame(4))
+            assert writer.write_frame(numbered(4))
             valid = [reader.still_valid(each) for each in held if each]
             assert valid == [False, True, True, True]
 
     def test_who_holds_too_much_is_told(self) -> None:
         with RingWriter(ring_name("test"), 20, 10_000) as writer, RingReader(writer.name) as reader:
-            held = []
-            for number in range(8):
-                writer.write_frame(frame(number))
-                held.append(reader.newest())
-            writer.write_frame(frame(8))
+            held = hold(writer, reader, 8)
+            writer.write_frame(numbered(8))
             with pytest.raises(CameraError, match="holds 8 frames"):
                 reader.newest()
             assert len(held) == 8
@@ -217,7 +182,7 @@ class TestLeases:
     def test_a_frame_kept_beyond_its_reader_does_not_release_the_next_reader_s_lease(
         self, writer: RingWriter
     ) -> None:
-        writer.write_frame(frame(1))
+        writer.write_frame(numbered(1))
         with RingReader(writer.name) as reader:
             old = reader.newest()
         until(lambda: writer.readers == 0)
@@ -244,7 +209,7 @@ class TestMeeting:
         later.start()
         with RingReader(name, patience=30) as reader:
             later.join()
-            writer.write_frame(frame(1))
+            writer.write_frame(numbered(1))
             assert reader.newest() is not None
         writer.__exit__(None, None, None)
 
@@ -268,7 +233,7 @@ class TestMeeting:
             reader.__enter__()
         with pytest.raises(CameraError, match="16 readers already"):
             readers[16].__enter__()
-        writer.write_frame(frame(3))
+        writer.write_frame(numbered(3))
         frames = [reader.newest() for reader in readers[:16]]
         assert all(each and each.sequence == 3 for each in frames)
         readers[0].__exit__(None, None, None)
@@ -280,7 +245,7 @@ class TestMeeting:
 
     def test_no_readers_at_all(self, writer: RingWriter) -> None:
         for number in range(10):
-            assert writer.write_frame(frame(number))
+            assert writer.write_frame(numbered(number))
 
     @pytest.mark.parametrize(
         ("change", "message"),
@@ -314,150 +279,6 @@ class TestMeeting:
         with pytest.raises(PermissionError):
             os.ftruncate(writer._memory, 0)
         assert fcntl.fcntl(writer._memory, fcntl.F_GET_SEALS) & fcntl.F_SEAL_SHRINK
-
-
-class TestDeaths:
-    def test_an_ended_writer_is_told_after_its_last_frame_was_had(self) -> None:
-        writer = RingWriter(ring_name("test"), 3, 10_000)
-        writer.__enter__()
-        with RingReader(writer.name) as reader:
-            writer.write_frame(frame(4))
-            writer.__exit__(None, None, None)
-            got = reader.newest(3)
-            assert got is not None
-            assert got.sequence == 4
-            with pytest.raises(CameraError, match=f"process {os.getpid()}\\) has ended"):
-                reader.newest(4, timeout=30)
-            assert got.colour is not None
-            assert (got.colour == 4).all()
-
-    def test_a_writer_killed_while_writing_leaves_only_whole_frames_and_no_memory(self) -> None:
-        name = ring_name("killed")
-        with running(WRITER_KILLED_HALFWAY, name), RingReader(name, patience=30) as reader:
-            seen = list[int]()
-            with suppress(CameraError):
-                while True:
-                    got = reader.newest(seen[-1] if seen else -1, timeout=30)
-                    assert got is not None
-                    assert got.colour is not None
-                    assert (got.colour == got.sequence).all()
-                    seen.append(got.sequence)
-            assert seen[-1] == 4
-        with RingWriter(name, 3, 100):  # nothing of the dead one is in the way
-            pass
-
-    def test_a_killed_reader_s_leases_end_with_it(self, writer: RingWriter) -> None:
-        writer.write_frame(frame(1))
-        with running(READER_THAT_HOLDS, writer.name) as process:
-            assert process.stdout is not None
-            assert process.stdout.readline() == b"1\n"
-            assert writer._control.held()
-            process.send_signal(signal.SIGKILL)
-            until(lambda: not writer._control.held())
-        assert writer.readers == 0
-        assert writer.write_frame(frame(2))
-
-    def test_a_stopped_reader_does_not_stop_the_others(self, writer: RingWriter) -> None:
-        writer.write_frame(frame(1))
-        with running(READER_THAT_HOLDS, writer.name) as process, RingReader(writer.name) as reader:
-            assert process.stdout is not None
-            process.stdout.readline()
-            process.send_signal(signal.SIGSTOP)
-            for number in range(2, 1000):  # more than its socket holds bytes to wake it
-                assert writer.write_frame(frame(number))
-            got = reader.newest()
-            assert got is not None
-            assert got.sequence == 999
-
-    def test_nothing_is_left_in_memory(self) -> None:
-        before = memories()
-        for _ in range(3):
-            with RingWriter(ring_name("test"), 3, 10_000) as writer, RingReader(writer.name) as reader:
-                writer.write_frame(frame(1))
-                assert reader.newest() is not None
-            del writer, reader
-        gc.collect()
-        assert memories() <= before
-
-
-class TestStress:
-    def test_no_torn_frame_is_ever_seen(self) -> None:
-        name = ring_name("stress")
-        with running(WRITER_AT_FULL_SPEED, name), RingReader(name, patience=30) as reader:
-            after, seen = -1, 0
-            while after < 3000:
-                got = reader.newest(after, timeout=30)
-                assert got is not None
-                assert got.colour is not None
-                low, high = int(got.colour.min()), int(got.colour.max())
-                assert low == high == got.sequence % 251
-                assert reader.still_valid(got)
-                after, seen = got.sequence, seen + 1
-        assert seen > 10
-
-
-PREAMBLE = """
-import os, signal, sys, time
-import numpy as np
-from kempelen.core.camera import Frame
-from kempelen.frames.ring import RingReader, RingWriter
-def frame(number):
-    return Frame(number, 0.0, np.full((200, 200, 3), number % 251, np.uint8))
-"""
-READER_THAT_HOLDS = (
-    PREAMBLE
-    + """
-with RingReader(sys.argv[1]) as reader:
-    held = reader.newest()
-    print(held.sequence, flush=True)
-    sys.stdin.read()
-"""
-)
-WRITER_KILLED_HALFWAY = (
-    PREAMBLE
-    + """
-from kempelen.frames import layout, ring
-def half(control, slot, pixels, new, lost):
-    if new.sequence == 5:
-        pixels[:60000] = 77
-        os.kill(os.getpid(), signal.SIGKILL)
-    layout.put(control, slot, pixels, new, lost)
-ring.put = half
-with RingWriter(sys.argv[1], 3, 120000) as writer:
-    while not writer.readers:
-        time.sleep(0.001)
-    for number in range(9):
-        writer.write_frame(frame(number))
-"""
-)
-WRITER_AT_FULL_SPEED = (
-    PREAMBLE
-    + """
-with RingWriter(sys.argv[1], 3, 120000) as writer:
-    number = 0
-    while not writer.readers:
-        time.sleep(0.001)
-    while writer.readers:
-        writer.write_frame(frame(number))
-        number += 1
-"""
-)
-
-
-class running:  # noqa: N801 - reads as a word in a with statement
-    """A program of our own, ended with the block."""
-
-    def __init__(self, program: str, *arguments: str) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", program, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-
-    def __enter__(self) -> "subprocess.Popen[bytes]":
-        return self._process
-
-    def __exit__(self, *_error: object) -> None:
-        self._process.kill()
-        self._process.communicate()
 
 
 def test_a_layout_is_whole_words() -> None:
