@@ -2,16 +2,27 @@
 
 from math import ceil, copysign, sqrt
 
+import chess
 import numpy as np
 
 from kempelen.core.geometry import Array
 from kempelen.core.places import Place
+from kempelen.core.table import Table, start_layout
 from kempelen.motion.profile import Profile
-from kempelen.twin.physics import World
+from kempelen.twin.physics import Scene, World
 from kempelen.twin.physics.scene import KINDS_BY_LETTER
 
 TICK = 0.008
 ROOM = 8.0
+TABLE = Table()
+SCENE = Scene.from_layout(TABLE, start_layout(TABLE, chess.Board()), seed=3)
+"""The start position on the usual table."""
+
+
+def at(place: str) -> tuple[float, float, float]:
+    """(x, y, z) mm, robot frame, of a place of the usual table."""
+    x, y, z = map(float, TABLE.centre(Place(place)))
+    return x, y, z
 
 
 def travelled(profile: Profile, t: float) -> float:

@@ -1,10 +1,12 @@
-"""A virtual controller on the bench, with a host that types."""
+"""A virtual controller on the bench, with a host that types; a table with somebody to drive its robot."""
 
 from collections.abc import Callable, Mapping
 
 import pytest
 
+from kempelen.testing.world_driver import SCENE, WorldDriver
 from kempelen.twin.grbl import Eeprom, Machine, VirtualGrbl
+from kempelen.twin.physics import World
 
 TRAVEL = (700.0, 450.0, 200.0)
 START = (-400.0, -250.0, -100.0)
@@ -71,3 +73,9 @@ class Bench:
 def bench() -> Callable[..., Bench]:
     """Makes benches."""
     return Bench
+
+
+@pytest.fixture
+def driver() -> WorldDriver:
+    """The start position on the usual table."""
+    return WorldDriver(World(SCENE, seed=5))

@@ -7,14 +7,10 @@ import pytest
 
 from kempelen.core.geometry import Array
 from kempelen.core.places import Place
-from kempelen.core.table import Table, start_layout
-from kempelen.testing.world_driver import WorldDriver
-from kempelen.twin.physics import Scene, World
+from kempelen.testing.world_driver import SCENE, TABLE, WorldDriver
+from kempelen.twin.physics import World
 
 pytestmark = pytest.mark.physics
-
-TABLE = Table()
-SCENE = Scene.from_layout(TABLE, start_layout(TABLE, chess.Board()), seed=3)
 
 
 def touches(world: World, tool: Array) -> bool:

@@ -2,29 +2,14 @@
 
 import math
 
-import chess
 import pytest
 
 from kempelen.core.errors import TwinError
 from kempelen.core.places import Place
-from kempelen.core.table import Table, start_layout
-from kempelen.testing.world_driver import TICK, WorldDriver
+from kempelen.testing.world_driver import SCENE, TABLE, TICK, WorldDriver, at
 from kempelen.twin.physics import Scene, World
 
 pytestmark = pytest.mark.physics
-
-TABLE = Table()
-SCENE = Scene.from_layout(TABLE, start_layout(TABLE, chess.Board()), seed=3)
-
-
-@pytest.fixture
-def driver() -> WorldDriver:
-    return WorldDriver(World(SCENE, seed=5))
-
-
-def at(place: str) -> tuple[float, float, float]:
-    x, y, z = map(float, TABLE.centre(Place(place)))
-    return x, y, z
 
 
 def test_a_piece_is_carried_with_a_human_s_precision(driver: WorldDriver) -> None:

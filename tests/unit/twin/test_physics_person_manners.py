@@ -1,31 +1,15 @@
 """How the virtual person may go about a move: sliding, hesitating, laying down, holding a hand up."""
 
-import chess
 import numpy as np
 import pytest
 
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array
-from kempelen.core.places import Place
-from kempelen.core.table import Table, start_layout
-from kempelen.testing.world_driver import TICK, WorldDriver
-from kempelen.twin.physics import Scene, World
+from kempelen.testing.world_driver import SCENE, TICK, WorldDriver, at
+from kempelen.twin.physics import World
 from kempelen.twin.physics.person import manner
 
 pytestmark = pytest.mark.physics
-
-TABLE = Table()
-SCENE = Scene.from_layout(TABLE, start_layout(TABLE, chess.Board()), seed=3)
-
-
-@pytest.fixture
-def driver() -> WorldDriver:
-    return WorldDriver(World(SCENE, seed=5))
-
-
-def at(place: str) -> tuple[float, float, float]:
-    x, y, z = map(float, TABLE.centre(Place(place)))
-    return x, y, z
 
 
 def watch(driver: WorldDriver, piece: str) -> tuple[Array, Array]:

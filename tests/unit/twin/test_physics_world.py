@@ -11,19 +11,11 @@ import pytest
 
 from kempelen.core.errors import FitError, TwinError
 from kempelen.core.places import Place
-from kempelen.core.table import Table, start_layout
-from kempelen.testing.world_driver import TICK, WorldDriver
+from kempelen.core.table import start_layout
+from kempelen.testing.world_driver import SCENE, TABLE, TICK, WorldDriver
 from kempelen.twin.physics import Scene, StandingPiece, World
 
 pytestmark = pytest.mark.physics
-
-TABLE = Table()
-SCENE = Scene.from_layout(TABLE, start_layout(TABLE, chess.Board()), seed=3)
-
-
-@pytest.fixture
-def driver() -> WorldDriver:
-    return WorldDriver(World(SCENE, seed=5))
 
 
 def test_pieces_start_off_centre_turned_and_repeatably() -> None:
