@@ -44,12 +44,14 @@ class Located:
     Attributes:
         sighting: Where it is; None while nobody knows.
         new: Whether it is elsewhere than in the frame before.
+        looked: Whether it was looked for in this frame, not only remembered.
         sight: CLEAR, NO_BOARD, MOVED or STARTING.
         message: For the operator when it is not CLEAR.
     """
 
     sighting: BoardSighting | None
     new: bool = False
+    looked: bool = False
     sight: Sight = Sight.CLEAR
     message: str = ""
 
@@ -99,7 +101,7 @@ class Locator:
             return self._recover(frame, position)
         moved = followed.image_from_board is not self._last.image_from_board
         self._last = followed
-        return Located(followed, new=moved)
+        return Located(followed, new=moved, looked=True)
 
     def _recover(self, frame: Frame, position: chess.BaseBoard | None) -> Located:
         """Where it was, as a hand may have hidden it; else anywhere."""
@@ -109,7 +111,8 @@ class Locator:
             followed = self._finder.follow(frame, before)
             if followed is not None:
                 self._last, self._lost = followed, None
-                return Located(followed, new=followed.image_from_board is not before.image_from_board)
+                moved = followed.image_from_board is not before.image_from_board
+                return Located(followed, new=moved, looked=True)
         try:
             found = self._finder.find(frame, position)
         except BoardNotFoundError as error:
@@ -127,7 +130,7 @@ class Locator:
             )
             return self._lost
         self._last, self._lost = found, None
-        return Located(found, new=True)
+        return Located(found, new=True, looked=True)
 
 
 def _as_before(found: BoardSighting, before: BoardSighting) -> BoardSighting:

@@ -35,7 +35,6 @@ from kempelen.sensing.sighting import BoardSighting
 _CONTRADICTED = 4.0  # nats by which depth must speak against what was told of a square
 _REMEMBER = 5  # frames between two lessons about the empty board
 _SURE = 4.0  # nats
-_BUSY = 2.0  # ms spent on the board's place: colour can wait for the next frame
 
 
 class Use(StrEnum):
@@ -81,7 +80,6 @@ class TrackerView:
         sighting: Of the board; None when it is not found.
         heights: (size, size) mm over the board's plane, margin included, row 0 at rank 1; None without depth.
         hand: (size, size) cells taken for a hand; None when nobody looked.
-        cells: Of those grids, along the side of a square.
         parameters: Names, values, units, where from.
         stages: ms that each stage took.
     """
@@ -91,7 +89,6 @@ class TrackerView:
     sighting: BoardSighting | None
     heights: Pixels | None
     hand: Mask | None
-    cells: int
     parameters: list[dict[str, Any]]
     stages: Mapping[str, float]
 
@@ -162,7 +159,6 @@ class Tracker:
             located.sighting if located else None,
             None if look is None else look.map.heights,
             mask,
-            look.map.view.cells if look else _COLOUR_CELLS,
             self.parameters.to_json(),
             dict(self._stages),
         )
@@ -219,7 +215,7 @@ class Tracker:
                 self._learn(look)
             message = "Learning what the board looks like: keep away from it for a moment."
             return Observation.blind(frame.time, Sight.STARTING, message), located, look, mask
-        return self._observe(frame, sighting, look), located, look, mask
+        return self._observe(frame, located, sighting, look), located, look, mask
 
     def _place(self, frame: Frame, sighting: BoardSighting, *, new: bool) -> None:
         """Relate depth to the board anew, where board or cameras have changed."""
@@ -269,7 +265,9 @@ class Tracker:
         out: Mask = np.where(self._position == EMPTY, over, -over) > _CONTRADICTED
         return out
 
-    def _observe(self, frame: Frame, sighting: BoardSighting, look: DepthLook | None) -> Observation:
+    def _observe(
+        self, frame: Frame, located: Located, sighting: BoardSighting, look: DepthLook | None
+    ) -> Observation:
         log_likelihood = np.zeros((64, 3))
         reading = None
         if look is not None:
@@ -279,7 +277,8 @@ class Tracker:
             log_likelihood += reading.log_likelihood * self.parameters["fuse.depth"]
         if self.settings.use.colour:
             with self._stage("colour"):
-                log_likelihood += self._by_colour(frame, sighting, reading) * self.parameters["fuse.colour"]
+                seen = self._by_colour(frame, sighting, reading, looked=located.looked)
+                log_likelihood += seen * self.parameters["fuse.colour"]
         if look is None and not self._colour.ready:
             message = (
                 "Set up the position that the game starts from, and say so: colour alone has to see it first."
@@ -299,8 +298,14 @@ class Tracker:
         sure = reading.log_likelihood[:, WHITE] < -_SURE
         self._depth.adapt(look, sure)
 
-    def _by_colour(self, frame: Frame, sighting: BoardSighting, reading: DepthReading | None) -> Array:
-        """(64, 3) log-likelihoods; zeros until a known position was seen."""
+    def _by_colour(
+        self, frame: Frame, sighting: BoardSighting, reading: DepthReading | None, *, looked: bool
+    ) -> Array:
+        """(64, 3) log-likelihoods; zeros until a known position was seen.
+
+        Beside depth it rests for a few frames to save time, and for longer in frames whose time already went
+        into looking for the board.
+        """
         disputed = reading is not None and self._contradicted(reading).any()
         if self._told and self._position is not None and not disputed:
             self._colour.learn(frame, sighting, self._position)
@@ -308,17 +313,11 @@ class Tracker:
             self._colour_read = None
         if not self._colour.ready:
             return np.zeros((64, 3))
-        if self._colour_read is None or self._due(frame, reading):
-            self._colour_read = frame.time, self._colour.read(frame, sighting)
-        return self._colour_read[1]
-
-    def _due(self, frame: Frame, reading: DepthReading | None) -> bool:
-        """Whether colour has to be read again: beside depth it rests for a few frames, to save time."""
-        if reading is None or self._colour_read is None:
-            return True
-        age = frame.time - self._colour_read[0]
-        busy = self._stages["board"] > _BUSY and 0 <= age < 2 * self.parameters["colour.period"]
-        return not (0 <= age < self.parameters["colour.period"] or busy)
+        rest = self.parameters["colour.period"] * (2 if looked else 1)
+        read = self._colour_read
+        if reading is None or read is None or not 0 <= frame.time - read[0] < rest:
+            read = self._colour_read = frame.time, self._colour.read(frame, sighting)
+        return read[1]
 
     @contextmanager
     def _stage(self, name: str) -> Iterator[None]:
@@ -327,9 +326,6 @@ class Tracker:
             yield
         finally:
             self._stages[name] = self._stages.get(name, 0.0) + 1000 * (clock.perf_counter() - start)
-
-
-_COLOUR_CELLS = 8
 
 
 def occupancy_of(board: chess.BaseBoard) -> npt.NDArray[np.int64]:

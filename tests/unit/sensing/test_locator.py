@@ -49,6 +49,7 @@ def test_a_board_is_found_once_and_then_followed_now_and_then() -> None:
     assert all(located.sighting is HERE and not located.new for located in seen)
     assert finder.finds == 1
     assert 3 <= finder.follows <= 5
+    assert sum(located.looked for located in seen) == finder.follows
 
 
 def test_a_small_shift_is_followed() -> None:
