@@ -1,13 +1,12 @@
 """Whether a hand is over the board, from colour alone: a large change that reaches in, or motion."""
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 import numpy.typing as npt
 
 from kempelen.core.camera import Picture
 from kempelen.core.geometry import Array
+from kempelen.sensing.depth.gate import GateReading, near_board, reaching
 from kempelen.sensing.depth.geometry import MARGIN, Mask
 from kempelen.sensing.parameters import Parameter, Parameters
 from kempelen.sensing.sighting import BoardSighting
@@ -36,21 +35,6 @@ def colour_gate_parameters() -> Parameters:
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ColourGateReading:
-    """Of one frame.
-
-    Attributes:
-        hand: Whether something is over the board that was not.
-        reason: What was seen, one phrase; empty when nothing was.
-        mask: (size, size) cells that belong to it, as in a height map.
-    """
-
-    hand: bool
-    reason: str
-    mask: Mask
-
-
 class ColourGate:
     """Compares each frame with the last clear one and with the frame before.
 
@@ -68,7 +52,7 @@ class ColourGate:
         self._last: tuple[float, Array] | None = None
         self._resting_since: float | None = None
 
-    def check(self, picture: Picture, sighting: BoardSighting, time: float) -> ColourGateReading:
+    def check(self, picture: Picture, sighting: BoardSighting, time: float) -> GateReading:
         """Look at a frame.
 
         Args:
@@ -87,7 +71,7 @@ class ColourGate:
         if time - self._resting_since > self.parameters["gate.patience"]:
             self._clear = now
             self._resting_since = None
-            return ColourGateReading(hand=False, reason="", mask=np.zeros_like(found.mask))
+            return GateReading(hand=False, reason="", mask=np.zeros_like(found.mask))
         return found
 
     def accept(self) -> None:
@@ -97,33 +81,23 @@ class ColourGate:
         now = self._last[1]
         self._clear = now if self._clear is None else self._clear + _FOLLOW * (now - self._clear)
 
-    def _reaching(self, now: Array) -> ColourGateReading:
+    def _reaching(self, now: Array) -> GateReading:
         if self._clear is None:
-            return ColourGateReading(hand=False, reason="", mask=np.zeros(now.shape[:2], dtype=bool))
+            return GateReading(hand=False, reason="", mask=np.zeros(now.shape[:2], dtype=bool))
         changed = self._changed(now, self._clear)
-        closed = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-        count, labels = cv2.connectedComponents(closed, connectivity=8)
-        areas = np.bincount(labels.ravel(), minlength=count) / _CELLS**2
-        areas[0] = 0.0
-        edge = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
-        start = round(MARGIN * _CELLS)
-        inside = np.unique(labels[start:-start, start:-start])
-        entering = np.intersect1d(edge, inside)
-        hits = [part for part in entering if areas[part] > self.parameters["gate.area"]]
-        hits += [part for part in inside if areas[part] > self.parameters["gate.big_area"]]
-        mask = np.isin(labels, hits) & (closed > 0) if hits else np.zeros(now.shape[:2], dtype=bool)
-        return ColourGateReading(bool(hits), "something reaches over the board" if hits else "", mask)
+        closed = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) > 0
+        limits = (self.parameters["gate.area"], self.parameters["gate.big_area"])
+        return reaching(closed, closed, _CELLS, limits)
 
-    def _moving(self, now: Array, time: float) -> ColourGateReading:
+    def _moving(self, now: Array, time: float) -> GateReading:
         nothing = np.zeros(now.shape[:2], dtype=bool)
         if self._last is None or not 0 < time - self._last[0] < _PAUSE:
-            return ColourGateReading(hand=False, reason="", mask=nothing)
+            return GateReading(hand=False, reason="", mask=nothing)
         changed = self._changed(now, self._last[1])
         opened = cv2.morphologyEx(changed.astype(np.uint8), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8)) > 0
-        start = round(MARGIN * _CELLS)
-        squares = float(opened[start:-start, start:-start].sum()) / _CELLS**2
+        squares = float(opened[near_board(_CELLS, 0.0)].sum()) / _CELLS**2
         found = squares > self.parameters["gate.moving_area"]
-        return ColourGateReading(found, "something moves on the board" if found else "", opened)
+        return GateReading(found, "something moves on the board" if found else "", opened)
 
     def _changed(self, now: Array, before: Array) -> Mask:
         """Cells that differ by more than the light, evened out over the picture, and the noise explain."""

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from kempelen.core.camera import Picture
-from kempelen.sensing.colour_gate import ColourGate, ColourGateReading
+from kempelen.sensing.colour_gate import ColourGate
+from kempelen.sensing.depth.gate import GateReading
 from kempelen.testing.depth_scene import SKIN, SQUARE, DepthScene, Post, men, start_men
 
 
@@ -26,7 +27,7 @@ def arm(reach: float) -> list[Post]:
     ]
 
 
-def see(gate: ColourGate, posts: Sequence[Post], time: float, *, gain: float = 1.0) -> ColourGateReading:
+def see(gate: ColourGate, posts: Sequence[Post], time: float, *, gain: float = 1.0) -> GateReading:
     picture = shot(tuple(posts), round(10 * time) % 2)
     reading = gate.check(np.clip(gain * picture, 0, 255).astype(np.uint8), SIGHTING, time)
     if not reading.hand:

@@ -110,7 +110,7 @@ class DepthGate:
         """Pixels on something high, over the board, or between it and the camera."""
         view, depth = seen.view, seen.window
         index, height = view.cell_of(depth)
-        near = _near_board(view).ravel()
+        near = near_board(view.cells).ravel()
         high = (height > self.parameters["hand.above"]) & (depth > 0)
         over = high & (_in(near, index) | _in(near, view.bare))
         squares = float(over.sum()) / pixels_per_square(view)
@@ -123,22 +123,13 @@ class DepthGate:
     def _low(self, seen: HeightMap, noise: float) -> GateReading:
         """A raised region that was not there and reaches in from outside, or is too big for pieces."""
         view = seen.view
-        blank = np.zeros((view.size, view.size), dtype=bool)
         if self._rested is None:
-            return GateReading(hand=False, reason="", mask=blank)
+            return GateReading(hand=False, reason="", mask=np.zeros((view.size, view.size), dtype=bool))
         raised = self._raised(seen, noise)
         resting = (self._rested >= self.parameters["hand.rest"]).astype(np.uint8)
         new = raised & (cv2.dilate(resting, np.ones((3, 3), np.uint8)) == 0)
-        count, labels = cv2.connectedComponents(raised.astype(np.uint8), connectivity=8)
-        areas = np.bincount(labels[new], minlength=count) / view.cells**2
-        outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
-        inside = np.unique(labels[_near_board(view, 0.0) & new])
-        areas[0] = 0.0
-        entering = np.intersect1d(outside, inside)
-        hits = [part for part in entering if areas[part] > self.parameters["hand.low_area"]]
-        hits += [part for part in inside if areas[part] > self.parameters["hand.big_area"]]
-        mask = np.isin(labels, hits) & raised if hits else blank
-        return GateReading(bool(hits), "something reaches over the board" if hits else "", mask)
+        limits = (self.parameters["hand.low_area"], self.parameters["hand.big_area"])
+        return reaching(raised, new, view.cells, limits)
 
     def _raised(self, seen: HeightMap, noise: float) -> Mask:
         """(size, size) cells that stand up from the board or the table."""
@@ -171,17 +162,37 @@ class DepthGate:
         return GateReading(found, f"{squares:.0f} squares are hidden" if found else "", mask)
 
 
+def reaching(there: Mask, new: Mask, cells: int, limits: tuple[float, float]) -> GateReading:
+    """Whether a region reaches over the board from outside, or is too big for anything but a hand.
+
+    Args:
+        there: (size, size) cells of the board and its margin where something is.
+        new: Those of them that were not so before: no other ones count.
+        cells: Along the side of a square.
+        limits: Squares: of a region from outside, and of one wherever it is.
+    """
+    count, labels = cv2.connectedComponents(there.astype(np.uint8), connectivity=8)
+    areas = np.bincount(labels[new], minlength=count) / cells**2
+    outside = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    inside = np.unique(labels[near_board(cells, 0.0) & new])
+    entering = np.intersect1d(outside, inside)
+    hits = [part for part in entering if areas[part] > limits[0]]
+    hits += [part for part in inside if areas[part] > limits[1]]
+    reason = "something reaches over the board" if hits else ""
+    return GateReading(bool(hits), reason, np.isin(labels, hits))
+
+
 def pixels_per_square(view: BoardView) -> float:
     """Depth pixels that look at a square of the bare board, on average."""
-    near = _near_board(view, 0.0)
+    near = near_board(view.cells, 0.0)
     return max(float(view.expected[near].sum()) / 64, 1.0)
 
 
-def _near_board(view: BoardView, beside: float = _BESIDE) -> Mask:
+def near_board(cells: int, beside: float = _BESIDE) -> Mask:
     """(size, size) cells within so many squares of the board."""
-    edge = round((MARGIN - beside) * view.cells)
-    mask = np.zeros((view.size, view.size), dtype=bool)
-    mask[edge : view.size - edge, edge : view.size - edge] = True
+    size, edge = round((8 + 2 * MARGIN) * cells), round((MARGIN - beside) * cells)
+    mask = np.zeros((size, size), dtype=bool)
+    mask[edge : size - edge, edge : size - edge] = True
     return mask
 
 
