@@ -14,6 +14,9 @@ from kempelen.core.geometry import Array, Transform
 OUTER_CORNERS = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
 """(4, 2) squares: the outer corners of a1, h1, h8 and a8."""
 
+DARK = np.array([(square // 8 + square % 8) % 2 == 0 for square in range(64)])
+"""(64,) which squares are dark: a1 is."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoardSighting:

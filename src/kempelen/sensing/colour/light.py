@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kempelen.core.geometry import Array
 from kempelen.sensing.colour.columns import MARGIN, Columns, Plane, tiles, without_margin
-from kempelen.sensing.colour.fields import BASIS, basis_at, fit_smooth
+from kempelen.sensing.colour.fields import basis_at, fit_smooth
 
 FLOOR = 0.02  # of full scale: black plastic reflects 2 to 4 %, lenses scatter about 1 %
 WINDOW = 1.5  # squares: more than twice what the widest foot covers, less than a hand's shadow
@@ -36,12 +35,10 @@ class LightChange:
     """What the light added between two pictures of a board.
 
     Attributes:
-        field: (64, 3) smooth part at each square, encoded channels.
         whole: (n, n, 3) smooth part and shadows at each pixel of the plane picture.
         smooth: (n, n, 3) smooth part alone.
     """
 
-    field: Array
     whole: Plane
     smooth: Plane
 
@@ -63,7 +60,7 @@ class LightChange:
         pixels = len(off) / (8 + 2 * MARGIN)
         smooth = (basis_at(len(off), pixels) @ fits).astype(np.float32)
         whole = smooth + _shadows(off - smooth, pixels)
-        return cls(BASIS @ fits, whole, smooth)
+        return cls(whole, smooth)
 
     def removed(self, seen: Plane) -> Plane:
         """An encoded plane picture as it would look without the change."""

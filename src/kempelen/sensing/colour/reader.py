@@ -25,16 +25,11 @@ from kempelen.sensing.colour.looks import looks, shadowed
 from kempelen.sensing.colour.parameters import ColourParameters
 from kempelen.sensing.colour.predictive import ClassModels
 from kempelen.sensing.colour.register import registered
-from kempelen.sensing.sighting import BoardSighting
+from kempelen.sensing.sighting import DARK, BoardSighting
 
 States = npt.NDArray[np.int64]
 
-DARK = np.array([(square // 8 + square % 8) % 2 == 0 for square in range(64)])
-"""(64,) which squares are dark: a1 is."""
-
 SEED = 1  # of invented shadows: the same pictures are read the same way every time
-
-
 EXTREME = 30.0  # nats of the looks or the change alone; more is beyond what a Student t is fitted for
 DOUBT = 1e-3  # weight of a square that probably changed, when the light is fitted
 
@@ -64,12 +59,10 @@ class ColourReading:
         log_likelihood: (64, 3) log p(seen | empty, white, black); the likeliest of a row is 0, none is
             below the limit.
         unchanged: (64,) log-likelihood ratio that the square looks as in the learned position, nats.
-        light: What the light added since, (64, 3) encoded channels.
     """
 
     log_likelihood: Array
     unchanged: Array
-    light: Array
 
 
 class ColourReader:
@@ -147,7 +140,7 @@ class ColourReader:
         change = _bounded(self._change.log_density(now.columns), EXTREME)
         out = _bounded(p.weight * (self._classes(smooth) + change), p.limit)
         self._adapt(self._memory, now, out)
-        return ColourReading(out, _advantage(p.weight * change, self._states), light.field)
+        return ColourReading(out, _advantage(p.weight * change, self._states))
 
     def _seen(self, frame: Frame, sighting: BoardSighting) -> tuple[Plane, Array]:
         """The board from above, encoded, and where the camera is."""
@@ -187,7 +180,7 @@ class ColourReader:
         lit, shaded = self._lit.log_density(seen, DARK), self._shaded.log_density(seen, DARK)
         return _bounded(np.logaddexp(lit + np.log(1 - p.shaded), shaded + np.log(p.shaded)), EXTREME)
 
-    def _adapt(self, memory: "_Memory", now: "_Memory", log_likelihood: Array) -> None:
+    def _adapt(self, memory: _Memory, now: _Memory, log_likelihood: Array) -> None:
         """Squares that surely stand as they were are remembered a little more as they look now."""
         sure = _advantage(log_likelihood, self._states) > self.parameters.limit / 2
         self._trust = np.where(sure, 1.0, DOUBT)

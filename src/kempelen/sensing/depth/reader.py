@@ -29,10 +29,9 @@ from kempelen.sensing.depth.likelihood import (
 from kempelen.sensing.depth.reference import EmptyReference
 from kempelen.sensing.depth.shadow import shadow_heights
 from kempelen.sensing.parameters import Parameters
-from kempelen.sensing.sighting import BoardSighting
+from kempelen.sensing.sighting import DARK, BoardSighting
 
 _MOVED = 0.03  # squares: registration found this far off, the squares are looked for anew
-_DARK = np.array([(square // 8 + square % 8) % 2 == 0 for square in range(64)])
 _GRAZING = 3.0  # of the noise: so near to the line of sight over a piece, a point may be of its edge
 _CORE = 0.25  # squares from the centre: where holes are counted
 
@@ -64,15 +63,11 @@ class DepthReading:
         log_likelihood: (64, 3) log p(depth seen of the square | empty, white, black); the last two are equal.
         heights: (64,) mm above the board of what stands highest in each square; NaN where nothing is seen.
         offsets: (64, 2) mm, board frame, of it from the square's centre; NaN where nothing stands.
-        hand: Whether something is over the board; False where no gate was asked.
-        look: What it was concluded from.
     """
 
     log_likelihood: Array
     heights: Array
     offsets: Array
-    hand: bool
-    look: DepthLook
 
 
 class DepthReader:
@@ -207,7 +202,7 @@ class DepthReader:
         self.reference.remember(look.map, empty, certain=False)
         self._note(look, empty)
 
-    def judge(self, look: DepthLook, *, hand: bool = False) -> DepthReading:
+    def judge(self, look: DepthLook) -> DepthReading:
         """Conclude from what was measured."""
         empty, piece = occupied_over_empty(look.evidence, self.parameters)
         log_likelihood = np.stack([empty, piece, piece], axis=1)
@@ -215,9 +210,9 @@ class DepthReader:
         standing = piece > empty
         offsets = np.where(standing[:, None], look.evidence.peaks.offsets - self._shift, np.nan)
         # a piece is not as dark as the square under it: it stands as high as if on a light one
-        step = np.where(standing & _DARK, self.reference.coefficients[-1], 0.0)
+        step = np.where(standing & DARK, self.reference.coefficients[-1], 0.0)
         heights = look.evidence.peaks.tops + step
-        return DepthReading(log_likelihood, heights, offsets * look.map.view.square, hand, look)
+        return DepthReading(log_likelihood, heights, offsets * look.map.view.square)
 
     def _note(self, look: DepthLook, empty: Mask) -> None:
         reference, parameters = self.reference, self.parameters

@@ -218,7 +218,7 @@ class MoveReader:
             return accepted
         waiting = time - self._quiet_until < self.parameters.patience or not self._window.full
         if accepted is not None or waiting:
-            return Settling(best.lines[0] if best.happened is Happened.MOVE else ())
+            return Settling()
         return self._trouble(best, belief)
 
     def _steady(self, best: Hypothesis, time: float) -> bool:

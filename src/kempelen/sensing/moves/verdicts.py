@@ -40,13 +40,7 @@ class Unchanged:
 
 @dataclass(frozen=True, slots=True)
 class Settling:
-    """Something has changed, and it is too early to say what: nothing to do but to look on.
-
-    Attributes:
-        likely: The likeliest line at the moment; empty when that is no move.
-    """
-
-    likely: Line = ()
+    """Something has changed, and it is too early to say what: nothing to do but to look on."""
 
 
 @dataclass(frozen=True, slots=True)
