@@ -11,11 +11,11 @@ import pytest
 
 from kempelen.app.calibration_file import load_calibration, save_calibration
 from kempelen.app.camera_pose import CameraPose, as_calibration, measure_board, save_camera_pose, shift_of
+from kempelen.app.cameras import open_view
 from kempelen.app.cast import GameRequest
 from kempelen.app.config import load_config
 from kempelen.app.eye import Eye, EyeSettings
 from kempelen.app.people import VirtualPerson
-from kempelen.app.view import open_view
 from kempelen.core import events
 from kempelen.core.geometry import Transform
 from kempelen.core.places import Place

@@ -17,6 +17,7 @@ Further options follow as ``,name=value``. Drivers are found by their entry poin
 
 import re
 import tempfile
+import time
 from collections.abc import Mapping
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
@@ -27,18 +28,17 @@ from typing import Any, Protocol, Self
 
 import chess
 
-from kempelen.app.config import Config, load_config
+from kempelen.app.config import Config, RobotConfig, load_config
+from kempelen.app.table_session import TableSession
 from kempelen.core.camera import Camera, Frame
 from kempelen.core.errors import CameraError, ConfigError
 from kempelen.core.table import start_layout
 from kempelen.frames.attached import AttachedCamera
 from kempelen.frames.condition import CameraState, CameraStatus
 from kempelen.frames.host import CameraProcess
-from kempelen.frames.ring import ring_name
 from kempelen.twin.cameras.models import MODELS
 from kempelen.twin.cameras.settings import CameraSpec
-from kempelen.twin.client import TwinProcess
-from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
+from kempelen.twin.spec import CONTROL_FOLDER
 
 CAMERAS = "kempelen.cameras"
 TWIN = "twin"
@@ -212,7 +212,11 @@ def _value(name: str, text: str, wanted: type) -> Any:
 
 
 def open_camera(
-    camera: str | CameraSource, config: Config | None = None, *, patient: bool = False
+    camera: str | CameraSource,
+    config: Config | None = None,
+    *,
+    patient: bool = False,
+    board: chess.Board | None = None,
 ) -> OpenCamera:
     """A camera to be entered: a driver in a process of its own, a ring, or a twin of our own.
 
@@ -220,35 +224,75 @@ def open_camera(
         camera: What was asked for.
         config: Of the twin's table.
         patient: Whether a camera that cannot be opened yet is waited for.
+        board: What the twin's table is laid with; None: the start position.
 
     Raises:
         ConfigError: ``camera`` names none.
     """
     source = parse_camera(camera) if isinstance(camera, str) else camera
     if source.kind == TWIN:
-        return TwinCamera(config or load_config(None), **source.options)
+        config = config or load_config(None)
+        return TwinCamera(config, _over_the_twin(config, source), board or chess.Board())
     if source.kind == RING:
         return AttachedCamera(source.options["ring"], source.options.get("patience", 0.0))
     return CameraProcess(source.factory, source.options, patient=patient)
 
 
+def open_view(config: Config, board: chess.Board, *, patient: bool = False) -> OpenCamera:
+    """The configured camera, to be looked through outside of a game.
+
+    Args:
+        config: Which camera; on a twin also the table.
+        board: What the twin's table is laid with.
+        patient: As for `open_camera`.
+
+    Raises:
+        ConfigError: no camera is named, or there is none of that name.
+    """
+    if not config.camera_source:
+        raise ConfigError("No camera is named.", hint="Name one: --camera uvc:0")
+    return open_camera(config.camera_source, config, patient=patient, board=board)
+
+
+def twin_camera(config: Config) -> CameraSpec | None:
+    """The camera that a game's twin must have over its table; None when another one looks.
+
+    Raises:
+        ConfigError: there is no camera as configured.
+    """
+    if not (config.on_twin and config.camera_source):
+        return None
+    source = parse_camera(config.camera_source)
+    return _over_the_twin(config, source) if source.kind == TWIN else None
+
+
+def _over_the_twin(config: Config, source: CameraSource) -> CameraSpec:
+    """As configured, but for the model where one was typed."""
+    model = source.options.get("model", config.twin.camera.model)
+    if model not in MODELS:
+        raise ConfigError(f"The twin has no camera of model '{model}'.", hint=f"It has: {', '.join(MODELS)}.")
+    return config.twin.camera.model_copy(update={"model": model})
+
+
 class TwinCamera:
-    """Async context manager: a camera over a twin of its own, with the start position on the board.
+    """Async context manager: a camera over a twin of its own, whose robot has stepped aside.
 
     Args:
         config: Of the table.
-        model: Of the camera.
+        camera: Over it.
+        board: What stands on it.
     """
 
-    def __init__(self, config: Config, model: str = "kinect2") -> None:
-        if model not in MODELS:
-            raise ConfigError(
-                f"The twin has no camera of model '{model}'.", hint=f"It has: {', '.join(MODELS)}."
-            )
-        self._config = config
-        self._model = model
+    def __init__(self, config: Config, camera: CameraSpec, board: chess.Board) -> None:
+        sensor = config.sensor.model_copy(update={"kind": "camera"})
+        robot = config.robot if config.on_twin else RobotConfig()
+        twin = config.twin.model_copy(update={"speed": "max", "control": ""})
+        self._config = config.model_copy(update={"sensor": sensor, "robot": robot, "twin": twin})
+        self._spec = camera
+        self._board = board
         self._stack = AsyncExitStack()
         self._camera: AttachedCamera | None = None
+        self._ready = 0.0  # simulated time at which the robot had stepped aside
 
     @property
     def ring(self) -> str:
@@ -264,7 +308,7 @@ class TwinCamera:
         """Start the twin.
 
         Raises:
-            TwinError: it does not start.
+            KempelenError: it does not start, or its robot does not answer.
         """
         try:
             ring = await self._twin()
@@ -275,18 +319,18 @@ class TwinCamera:
         return self
 
     async def _twin(self) -> str:
-        """Start it; the ring of its camera."""
+        """Start it; the ring of its camera. A robot that nobody has homed would stand over the board."""
         folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix=CONTROL_FOLDER))
-        table, ring = self._config.build_table(), ring_name(TWIN)
-        spec = TwinSpec.of(
-            table,
-            start_layout(table, chess.Board()),
-            control=Path(folder) / "control",
-            seed=self._config.twin.seed,
-            scatter=self._config.twin.scatter,
-            cameras=(CameraSpec(model=self._model, ring=ring),),
+        table = self._config.build_table()
+        layout, state = start_layout(table, self._board), Path(folder) / "table.json"
+        session = await self._stack.enter_async_context(
+            TableSession(self._config, table, layout, state=state, resume=False, camera=self._spec)
         )
-        await self._stack.enter_async_context(TwinProcess(spec))
+        await session.hand.prepare()
+        await session.hand.park(layout)
+        ring = session.ring
+        if session.control is not None:
+            self._ready = float((await session.control.ask("truth"))["time_s"])
         return ring
 
     async def __aexit__(
@@ -303,4 +347,9 @@ class TwinCamera:
         """
         if self._camera is None:
             raise CameraError("The twin's camera is not open.", hint="Enter it first.")
-        return await self._camera.newest(after, within)
+        deadline = time.monotonic() + within
+        while (frame := await self._camera.newest(after, within)) is not None:
+            if frame.time >= self._ready:
+                return frame
+            after, within = frame.sequence, max(0.0, deadline - time.monotonic())
+        return None

@@ -12,8 +12,8 @@ import numpy as np
 from kempelen.app.board_reader import CameraReader
 from kempelen.app.camera_pose import BoardPose, measure_board
 from kempelen.app.camera_side import KnownSides, side_of
-from kempelen.app.cameras import open_camera
-from kempelen.app.config import TWIN_PORT, Config
+from kempelen.app.cameras import TWIN, open_camera, parse_camera
+from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
 from kempelen.app.judge import BoardJudge
 from kempelen.app.table_session import TableSession
@@ -128,18 +128,16 @@ class GameEyes:
 
     async def _frames(self, session: TableSession) -> Frames:
         source = self._config.camera_source
-        if source != TWIN_PORT:
-            if not source:
-                raise ConfigError(
-                    "No camera is named.", hint="Name one: --camera uvc:0, or play without: --sensor none."
-                )
-            return await self._stack.enter_async_context(open_camera(source, self._config, patient=True))
-        if session.twin is None:
+        if not source:
             raise ConfigError(
-                "Only a twin of our own has a camera.", hint="Name another one, or play with --sensor none."
+                "No camera is named.", hint="Name one: --camera uvc:0, or play without: --sensor none."
             )
+        camera = parse_camera(source)
+        if camera.kind != TWIN:
+            return await self._stack.enter_async_context(open_camera(camera, self._config, patient=True))
+        frames = TwinFrames(session.ring)
         self._control = session.control
-        return TwinFrames(session.twin.ring)
+        return frames
 
     def _judge(self, transfers: Sequence[Transfer], standing: Layout) -> BoardJudge:
         return BoardJudge(transfers, standing, self._pieces, self._config.sensor.centred, self.reader.look)

@@ -11,6 +11,7 @@ import chess
 
 from kempelen.app.calibration_file import save_calibration
 from kempelen.app.camera_pose import as_calibration, bumped, load_camera_pose, shift_of
+from kempelen.app.cameras import twin_camera
 from kempelen.app.cast import Cast, EngineWish, GameRequest, score_of
 from kempelen.app.config import Config
 from kempelen.app.eyes import GameEyes
@@ -141,8 +142,9 @@ class LiveGame:
         if self._config.on_twin:
             await StateLock.released(self._twin_state)
         resume = self._config.on_twin and kept is not None and self._table_kept(kept)
+        camera = twin_camera(self._config) if self.eyes is not None else None
         self.session = await self._stack.enter_async_context(
-            TableSession(self._config, table, layout, state=self._twin_state, resume=resume)
+            TableSession(self._config, table, layout, state=self._twin_state, resume=resume, camera=camera)
         )
         if self.eyes is not None:
             await self._stack.enter_async_context(await self.eyes.open(self.session))

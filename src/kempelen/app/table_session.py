@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Self
 
 from kempelen.app.calibration_file import load_calibration
-from kempelen.app.config import TWIN_PORT, Config
+from kempelen.app.config import Config
 from kempelen.app.timed_hand import TimedHand
 from kempelen.core.errors import ConfigError
 from kempelen.core.fit import require_fit
@@ -81,14 +81,25 @@ class TableSession:
         layout: What stands where when the twin's table is laid.
         state: File that keeps the twin's table between runs.
         resume: Whether to go on from ``state``.
+        camera: Over the table of a twin of our own; None for none.
 
     Attributes:
         twin: Its process; None on a real machine or a twin of somebody else's.
         control: The twin's side door, if there is one: for reports and the virtual person alone.
     """
 
-    def __init__(self, config: Config, table: Table, layout: Layout, *, state: Path, resume: bool) -> None:
+    def __init__(
+        self,
+        config: Config,
+        table: Table,
+        layout: Layout,
+        *,
+        state: Path,
+        resume: bool,
+        camera: CameraSpec | None = None,
+    ) -> None:
         self._config = config
+        self._cameras = () if camera is None else (camera,)
         self.table = table
         self._layout = layout
         self._state = state
@@ -140,16 +151,25 @@ class TableSession:
             baud=self._config.twin.baud,
             state=str(self._state),
             resume=self._resume,
-            cameras=self._cameras(),
+            cameras=self._cameras,
         )
         self.twin = await self._stack.enter_async_context(TwinProcess(spec))
         self.control = self.twin.control
         return self.twin.address
 
-    def _cameras(self) -> tuple[CameraSpec, ...]:
-        """One over the table when the game is to look at it."""
-        wanted = self._config.has_eyes and self._config.camera_source == TWIN_PORT
-        return (self._config.twin.camera,) if wanted else ()
+    @property
+    def ring(self) -> str:
+        """Frames of the camera over the table.
+
+        Raises:
+            ConfigError: this is no twin of our own.
+            TwinError: it has no camera.
+        """
+        if self.twin is None:
+            raise ConfigError(
+                "Only a twin of our own has a camera.", hint="Name another one, or play with --sensor none."
+            )
+        return self.twin.ring
 
     async def __aexit__(self, *exc: object) -> None:
         """Robot at rest, port free, twin put away."""

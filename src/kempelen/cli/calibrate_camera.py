@@ -8,9 +8,9 @@ import typer
 
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.camera_pose import CameraPose, measure_board, save_camera_pose
+from kempelen.app.cameras import open_view
 from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings
-from kempelen.app.view import open_view
 from kempelen.core.errors import CalibrationError, ConfigError, SensorError
 from kempelen.core.geometry import Transform
 from kempelen.core.senses import Sight

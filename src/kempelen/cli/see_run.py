@@ -13,10 +13,10 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from kempelen.app.cameras import open_view
 from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings
 from kempelen.app.still import StillRead, load_still, read_still
-from kempelen.app.view import open_view
 from kempelen.cli.halfblocks import terminal_picture
 from kempelen.cli.plain import END_OF_INPUT, typed_lines
 from kempelen.cli.showing import require_writable

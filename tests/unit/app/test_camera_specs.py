@@ -1,15 +1,19 @@
 from pathlib import Path
 
+import chess
 import numpy as np
 import pytest
 
-from kempelen.app.cameras import CameraSource, camera_kinds, open_camera, parse_camera
+from kempelen.app.cameras import CameraSource, camera_kinds, open_camera, parse_camera, twin_camera
+from kempelen.app.config import load_config
 from kempelen.core.camera import Frame
 from kempelen.core.errors import CameraError, ConfigError
+from kempelen.core.senses import Observation, Sight
 from kempelen.frames.condition import CameraState
 from kempelen.frames.recording import RecordingWriter
 from kempelen.frames.ring import RingWriter, ring_name
 from kempelen.sensing.cameras.uvc import UvcCamera
+from kempelen.sensing.tracker import Tracker, TrackerSettings
 
 
 @pytest.mark.parametrize(
@@ -95,3 +99,31 @@ async def test_a_ring_is_attached_to() -> None:
         async with open_camera(f"ring:{ring.name}") as camera:
             assert camera.status.state is CameraState.RUNNING
             assert camera.ring == ring.name
+
+
+@pytest.mark.parametrize(
+    ("settings", "model"),
+    [
+        ({}, "kinect2"),
+        ({"camera.source": "twin:d435"}, "d435"),
+        ({"camera.source": "uvc:0"}, None),
+        ({"robot.port": "/dev/ttyUSB0", "camera.source": "twin:d435"}, None),
+    ],
+)
+def test_the_camera_over_a_games_own_twin(settings: dict[str, object], model: str | None) -> None:
+    """Its model is what was typed; a camera beside another twin would see another game."""
+    spec = twin_camera(load_config(None, settings))
+    assert (spec and spec.model) == model
+
+
+@pytest.mark.physics
+async def test_the_twins_robot_does_not_stand_over_the_board() -> None:
+    tracker = Tracker(TrackerSettings())
+    tracker.expect(chess.Board())
+    last, seen = -1, Observation.blind(0.0, Sight.STARTING, "")
+    async with open_camera("twin", load_config(None, {"robot.port": "/dev/null"})) as camera:
+        while seen.sight is Sight.STARTING:
+            frame = await camera.newest(last, within=60)
+            assert frame is not None
+            last, seen = frame.sequence, tracker.update(frame)
+    assert seen.sight is Sight.CLEAR, seen.message
