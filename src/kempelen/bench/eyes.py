@@ -5,13 +5,12 @@ games of a scripted person, read by nothing but the camera. All of it is simulat
 by ``kempelen bench vision``.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 
 from kempelen.bench.eyes_games import GAMES, played_games
 from kempelen.bench.eyes_sweep import measure_sweep
 from kempelen.bench.eyes_tracking import measure_accuracy, measure_speed
-from kempelen.bench.result import BenchResult, Progress
+from kempelen.bench.result import BenchResult, Progress, part_of
 from kempelen.bench.section import Section
 
 _SHARES = {measure_speed: 0.03, measure_accuracy: 0.07, measure_sweep: 0.15}
@@ -33,11 +32,7 @@ def run(
     del pgn, data
     total, begun = Section(), 0.0
     for part, share in _SHARES.items():
-        total += part(seed, _part_of(progress, begun, share))
+        total += part(seed, part_of(progress, begun, share))
         begun += share
-    total += played_games(seed, games, _part_of(progress, begun, 1 - begun))
-    return BenchResult("eyes", total.figures, total.rows)
-
-
-def _part_of(progress: Progress, begun: float, share: float) -> Callable[[str, float], None]:
-    return lambda what, done: progress(what, begun + share * done)
+    total += played_games(seed, games, part_of(progress, begun, 1 - begun))
+    return BenchResult("eyes", total.figures, total.rows, total.files)

@@ -22,6 +22,7 @@ from kempelen.app.people import VirtualPerson
 from kempelen.bench.result import Progress
 from kempelen.bench.section import Section, counted
 from kempelen.bench.special_games import special_game
+from kempelen.bench.twin import nobody
 from kempelen.core import events
 from kempelen.core.errors import KempelenError
 from kempelen.core.places import Place, Transfer
@@ -117,10 +118,6 @@ def _row(name: str, tally: Tally) -> dict[str, Any]:
     }
 
 
-async def _nobody(question: str) -> str:
-    raise RuntimeError(f"nobody is here to answer: {question}")
-
-
 async def _game(seed: int, number: int) -> Tally:
     with tempfile.TemporaryDirectory(prefix="kempelen-bench-") as folder:
         config = load_config(
@@ -133,7 +130,7 @@ async def _game(seed: int, number: int) -> Tally:
         )  # fmt: skip
         colour = bool(number % 2 == 0)
         fen = rare_position(seed, colour) if number % _BEFORE == _BEFORE - 1 else chess.STARTING_FEN
-        async with LiveGame(config, GameRequest(Mode.PLAY, fen, person_plays=colour), _nobody) as live:
+        async with LiveGame(config, GameRequest(Mode.PLAY, fen, person_plays=colour), nobody) as live:
             return await ScriptedGame(live, random.Random(seed), colour).play()  # noqa: S311 - a script
 
 

@@ -18,6 +18,7 @@ from kempelen.bench.section import Section
 from kempelen.bench.svg_plot import Chart, draw_charts
 from kempelen.bench.thesis_rule import thesis_occupied
 from kempelen.core.camera import Frame
+from kempelen.core.errors import ConfigError
 from kempelen.core.senses import EMPTY, WHITE
 from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.depth.geometry import depth_of
@@ -63,6 +64,9 @@ def measure_sweep(seed: int, progress: Progress, plot: Path = PLOT) -> Section:
         seed: Of the noise.
         progress: Told before each setting.
         plot: SVG file to write.
+
+    Raises:
+        ConfigError: it cannot be written.
     """
     positions = list(game_positions(_APART))[:_POSITIONS]
     total = sum(len(values) for _, values in _SWEPT.values())
@@ -76,7 +80,7 @@ def measure_sweep(seed: int, progress: Progress, plot: Path = PLOT) -> Section:
                 noise = NOMINAL.model_copy(update={name: bool(value) if name in _SWITCHES else value})
                 points[name].append(_measure(stage, sighting, positions, noise, value))
                 done += 1
-    plot.write_text(_drawing(points), encoding="utf-8")
+    _write(plot, _drawing(points))
     rows = [_row(name, point) for name, line in points.items() for point in line]
     every = [point for line in points.values() for point in line]
     figures = {
@@ -84,7 +88,17 @@ def measure_sweep(seed: int, progress: Progress, plot: Path = PLOT) -> Section:
         "sweep_worst_%": max(point.ours for point in every),
         "sweep_thesis_worst_%": max(point.thesis for point in every),
     }
-    return Section(figures, rows)
+    return Section(figures, rows, [plot])
+
+
+def _write(plot: Path, drawing: str) -> None:
+    try:
+        plot.write_text(drawing, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(
+            f"The drawing of the sweep cannot be written to {plot.resolve()}: {error.strerror or error}.",
+            hint="Run the bench in a directory that you may write to.",
+        ) from error
 
 
 def _sighting(stage: Stage) -> BoardSighting:

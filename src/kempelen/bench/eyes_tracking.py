@@ -5,7 +5,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 import chess
@@ -15,9 +15,8 @@ import numpy.typing as npt
 
 from kempelen.bench.eyes_stage import Stage, game_positions
 from kempelen.bench.result import Progress
-from kempelen.bench.section import Section
+from kempelen.bench.section import Section, counted
 from kempelen.bench.thesis_rule import thesis_occupied
-from kempelen.bench.wilson import wilson
 from kempelen.core.camera import Frame
 from kempelen.core.senses import EMPTY, Observation
 from kempelen.sensing.board.finder import BoardFinder
@@ -49,29 +48,22 @@ class _Tally:
 
     boards: int = 0
     wrong_boards: int = 0
-    squares: int = 0
     wrong_squares: int = 0
     wrong_colours: int = 0
     blind: int = 0
-    least: list[float] = field(default_factory=list)
 
-    def add(self, wrong: int, colours: int, least: float) -> None:
+    def add(self, wrong: int, colours: int) -> None:
         self.boards += 1
         self.wrong_boards += wrong + colours > 0
-        self.squares += 64
         self.wrong_squares += wrong
         self.wrong_colours += colours
-        self.least.append(least)
 
     def row(self, way: str) -> dict[str, Any]:
-        low, high = wilson(self.boards - self.wrong_boards, self.boards)
         return {
             "squares_by": way,
             "data": "simulated",
-            "boards": self.boards,
-            "right": self.boards - self.wrong_boards,
-            "low_%": round(100 * low, 1),
-            "high_%": round(100 * high, 1),
+            "of": "boards",
+            **counted(self.boards - self.wrong_boards, self.boards),
             "wrong_squares": self.wrong_squares,
             "wrong_colours": self.wrong_colours,
             "unread": self.blind,
@@ -103,8 +95,8 @@ def measure_accuracy(seed: int, progress: Progress) -> Section:
             progress(f"position {number + 1} of {len(positions)}", number / len(positions))
             stage.show(board)
             _read(stage, trackers, board, tallies)
-            counted = thesis_occupied(view, depth_of(stage.shoot()))
-            tallies["thesis"].add(int((counted != (occupancy_of(board) != EMPTY)).sum()), 0, 0.0)
+            thesis = thesis_occupied(view, depth_of(stage.shoot()))
+            tallies["thesis"].add(int((thesis != (occupancy_of(board) != EMPTY)).sum()), 0)
     figures: dict[str, float] = {
         "square_errors": tallies["both"].wrong_squares + tallies["both"].wrong_colours,
         "boards_read": tallies["both"].boards - tallies["both"].wrong_boards,
@@ -129,14 +121,14 @@ def _read(stage: Stage, trackers: dict[Use, Tracker], board: chess.Board, tallie
                 tally.blind += 1
 
 
-def _errors(seen: Observation, wanted: npt.NDArray[np.int64], *, colour: bool) -> tuple[int, int, float]:
-    """Squares wrongly occupied or empty, pieces of the wrong colour, least margin of occupancy in nats."""
+def _errors(seen: Observation, wanted: npt.NDArray[np.int64], *, colour: bool) -> tuple[int, int]:
+    """Squares wrongly occupied or empty, pieces of the wrong colour."""
     occupied = wanted != EMPTY
     over = seen.log_likelihood[:, 1:].max(axis=1) - seen.log_likelihood[:, EMPTY]
     wrong = (over > 0) != occupied
     painted = seen.log_likelihood.argmax(axis=1)
     colours = occupied & ~wrong & (painted != wanted) if colour else np.zeros(64, dtype=bool)
-    return int(wrong.sum()), int(colours.sum()), float(np.where(occupied, over, -over).min())
+    return int(wrong.sum()), int(colours.sum())
 
 
 def measure_speed(seed: int, progress: Progress) -> Section:
@@ -175,7 +167,7 @@ def _timed(
     cpu: list[float] = []  # what other programs on the core do not disturb
     stages: dict[str, list[float]] = defaultdict(list)
     for number in range(_LEARN + _TIMED):
-        frame = _at(frames[number % len(frames)], number)
+        frame = replace(frames[number % len(frames)], sequence=number, time=number / 30, depth_time=None)
         start, busy = time.perf_counter(), time.thread_time()
         tracker.update(frame)
         passed, busy = 1000 * (time.perf_counter() - start), 1000 * (time.thread_time() - busy)
@@ -187,13 +179,6 @@ def _timed(
         for name, spent in view.stages.items():
             stages[name].append(spent)
     return whole, cpu, stages
-
-
-def _at(frame: Frame, number: int) -> Frame:
-    return Frame(
-        number, number / 30, frame.colour, frame.depth, frame.colour_camera, frame.depth_camera,
-        frame.colour_from_depth,
-    )  # fmt: skip
 
 
 def _stage_row(use: Use, name: str, times: Sequence[float]) -> dict[str, Any]:

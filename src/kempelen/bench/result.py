@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,12 @@ from rich.table import Table
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share done, 0 to 1."""
+
+
+def part_of(progress: Progress, begun: float, share: float) -> Progress:
+    """For a part of the work, whose 0 to 1 is ``begun`` to ``begun + share`` of the whole."""
+    return lambda what, done: progress(what, begun + share * done)
+
 
 _WIDE = 110  # columns from which headings need not be short
 _EDGES = 1
@@ -35,25 +41,30 @@ class BenchResult:
         figures: The numbers that it is judged by.
         rows: The tables behind them: rows with the same keys and the same value of ``data``, where there is
             one, make a table.
+        files: That the bench wrote; where they are is printed.
     """
 
     bench: str
     figures: dict[str, float]
     rows: list[dict[str, Any]] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
 
     def to_json(self, path: Path) -> None:
         """Write ``{"bench": ..., "figures": {...}, "rows": [...]}``."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+        kept = {"bench": self.bench, "figures": self.figures, "rows": self.rows}
+        path.write_text(json.dumps(kept, indent=2) + "\n", encoding="utf-8")
 
     def print_table(self, console: Console) -> None:
-        """The rows, then the figures."""
+        """The rows, then the figures, then where other files are."""
         console.print(f"kempelen bench {self.bench}", highlight=False)
         for rows in _tables(self.rows):
             console.print(_table(rows, console.width))
             console.print()
         figures = [{"figure": name, "value": value} for name, value in self.figures.items()]
         console.print(_table(figures, console.width))
+        for file in self.files:
+            console.print(f"Written: {file.resolve()}", markup=False, highlight=False, soft_wrap=True)
 
 
 def short_title(headers: Mapping[str, str]) -> str:

@@ -13,12 +13,6 @@ PIECE_ABOVE = 10.0
 PIECE_POINTS = 2
 """Points that make a piece."""
 
-HAND_BETWEEN = (110.0, 200.0)
-"""mm over the board's plane between which a point counts for a hand."""
-
-HAND_POINTS = 315
-"""Points above which something is a hand."""
-
 
 def thesis_counts(view: BoardView, depth: Pixels) -> Array:
     """(64,) points above 10 mm in each square of the whole depth picture."""
@@ -34,11 +28,3 @@ def thesis_occupied(view: BoardView, depth: Pixels) -> npt.NDArray[np.bool_]:
     """(64,) which squares hold a piece by that rule."""
     out: npt.NDArray[np.bool_] = thesis_counts(view, depth) >= PIECE_POINTS
     return out
-
-
-def thesis_hand(view: BoardView, depth: Pixels) -> bool:
-    """Whether a hand is over the board by that rule."""
-    window = view.crop(depth)
-    index, height = view.cell_of(window)
-    low, high = HAND_BETWEEN
-    return int(((height > low) & (height < high) & (index >= 0)).sum()) > HAND_POINTS

@@ -104,11 +104,16 @@ async def _replay(score: GameScore, seed: int) -> tuple[GameReport, Measurements
                 "sensor.kind": "none",
             },
         )
-        async with LiveGame(config, GameRequest(Mode.REPLAY, score.start_fen, score=score), _nobody) as game:
+        async with LiveGame(config, GameRequest(Mode.REPLAY, score.start_fen, score=score), nobody) as game:
             return await game.play(), game.measurements
 
 
-async def _nobody(question: str) -> str:
+async def nobody(question: str) -> str:
+    """Answer for a game that must ask nothing.
+
+    Raises:
+        RuntimeError: always.
+    """
     raise RuntimeError(f"nobody is here to answer: {question}")
 
 

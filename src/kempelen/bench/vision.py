@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from kempelen.bench.real_data import data_folder
-from kempelen.bench.result import BenchResult, Progress
+from kempelen.bench.result import BenchResult, Progress, part_of
 from kempelen.bench.section import Section
 from kempelen.bench.vision_board import measure_finding
 from kempelen.bench.vision_depth import measure_depth
@@ -39,12 +39,7 @@ def run(*, seed: int, pgn: Path | None, data: Path | None, progress: Progress) -
     """
     del pgn
     folder = data_folder(data)
-    total = Section()
+    total, share = Section(), 1 / len(PARTS)
     for number, part in enumerate(PARTS):
-        total += part(folder, seed, _part_of(progress, number, len(PARTS)))
+        total += part(folder, seed, part_of(progress, number * share, share))
     return BenchResult("vision", total.figures, total.rows)
-
-
-def _part_of(progress: Progress, number: int, parts: int) -> Progress:
-    """Its share of the whole."""
-    return lambda what, share: progress(what, (number + share) / parts)

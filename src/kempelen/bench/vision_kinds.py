@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from kempelen.bench.result import Progress
+from kempelen.bench.result import Progress, part_of
 from kempelen.bench.section import Section, counted
 from kempelen.bench.sets.pictures import Truth
 from kempelen.bench.sets.samples import Labels, game_photos, studio_pictures
@@ -81,20 +81,22 @@ def measure_kinds(data: Path, seed: int, progress: Progress) -> Section:
     seen = set(classifier.notes.photos.values())
     photos = [photo for photo in game_photos(data) if photo.source.digest not in seen]
     truths = (photo.truth() for photo in photos)
-    real = _measured(classifier, _told(truths, len(photos), "game photos", 0.0, progress))
+    real = _measured(classifier, _told(truths, len(photos), "game photos", part_of(progress, 0.0, 0.5)))
     out = _section("real", "game photos not trained on", "kinds_", real)
     try:
         drawn = studio_pictures(seed, STUDIO_PICTURES)
-        simulated = _measured(classifier, _told(drawn, STUDIO_PICTURES, "drawn pictures", 0.5, progress))
+        simulated = _measured(
+            classifier, _told(drawn, STUDIO_PICTURES, "drawn pictures", part_of(progress, 0.5, 0.5))
+        )
     except TwinError:
         return out  # no pictures can be drawn on this machine
     return out + _section("simulated", "studio's sets", "twin_sets_", simulated)
 
 
-def _told(truths: Iterable[Truth], count: int, what: str, done: float, progress: Progress) -> Iterator[Truth]:
+def _told(truths: Iterable[Truth], count: int, what: str, progress: Progress) -> Iterator[Truth]:
     """Each picture, after its number was told."""
     for number, truth in enumerate(truths):
-        progress(f"reading positions: {what} {number + 1} of {count}", done + 0.5 * number / count)
+        progress(f"reading positions: {what} {number + 1} of {count}", number / count)
         yield truth
 
 

@@ -16,10 +16,11 @@ import numpy as np
 import numpy.typing as npt
 from numpy.random import Generator
 
-from kempelen.bench.sets.shapes import KINDS, Part, chance, parts, random_style
+from kempelen.bench.sets.shapes import KINDS, Part, parts, random_style
 from kempelen.core.camera import Picture
 from kempelen.core.geometry import Array
-from kempelen.sensing.sighting import BoardSighting, moved
+from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting, moved
+from kempelen.twin.cameras.variety import chance
 from kempelen.twin.look import Look
 from kempelen.twin.physics.opengl import Canvas
 from kempelen.twin.physics.paint import board_paint, table_paint
@@ -259,7 +260,7 @@ def _add_camera(spec: Any, rng: Generator) -> BoardSighting:
     for _ in range(30):  # bisection: how far the camera stands back
         distance = (near + far) / 2
         seen = _flat(aim + distance * back, right, up, back, focal)
-        corners = moved(seen, [[0, 0], [8, 0], [8, 8], [0, 8]]) - (SIDE - 1) / 2
+        corners = moved(seen, OUTER_CORNERS) - (SIDE - 1) / 2
         behind = (seen[2] @ np.array([[0, 8, 8, 0], [0, 0, 8, 8], [1, 1, 1, 1]]) <= _NEAREST).any()
         near, far = (distance, far) if behind or np.abs(corners).max() > fill * SIDE / 2 else (near, distance)
     eye = aim + far * back

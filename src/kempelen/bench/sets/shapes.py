@@ -13,6 +13,7 @@ import numpy.typing as npt
 from numpy.random import Generator
 
 from kempelen.core.geometry import Array
+from kempelen.twin.cameras.variety import chance
 
 Outline = list[tuple[float, float]]
 """Radius and height from the foot's middle upwards."""
@@ -94,11 +95,6 @@ class Style:
     beads: bool
     heights: Mapping[str, float]
     bases: Mapping[str, float]
-
-
-def chance(rng: Generator, share: float) -> bool:
-    """True in that share of cases."""
-    return bool(rng.random() < share)
 
 
 def random_style(rng: Generator) -> Style:
