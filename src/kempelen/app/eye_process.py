@@ -129,7 +129,7 @@ class EyeLoop:
     def _look(self) -> None:
         what = self._source.next()
         if isinstance(what, Frame):
-            self._count(what)
+            self._count()
             self._time = what.time
             self._report(self._read(what))
         elif what is not None and time.monotonic() - self._reported > REPORT_S:
@@ -142,8 +142,8 @@ class EyeLoop:
         except SensorError as error:
             return Observation.blind(frame.time, Sight.NO_BOARD, str(error))
 
-    def _count(self, _frame: Frame) -> None:
-        """A frame under way when the mark came may show what was before; the next one does not."""
+    def _count(self) -> None:
+        """One under way when the mark came may show what was before; the next one does not."""
         if self._fresh != self._mark:
             late = time.monotonic() - self._marked_at > LATENCY_S
             if late and self._passed_over:
@@ -182,12 +182,9 @@ class EyeLoop:
             case "mark":
                 self._mark, self._marked_at, self._passed_over = note.fields["mark"], time.monotonic(), 0
             case "look again":
-                self._look_again()
+                self._tracker.look_again()
             case "ask":
                 self._answer(note.fields)
-
-    def _look_again(self) -> None:
-        self._tracker.look_again()
 
     def _answer(self, asked: Mapping[str, Any]) -> None:
         answers: Mapping[str, Callable[[Mapping[str, Any]], tuple[dict[str, Any], bytes]]] = {
