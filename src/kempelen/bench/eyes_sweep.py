@@ -19,12 +19,11 @@ from kempelen.bench.svg_plot import Chart, draw_charts
 from kempelen.bench.thesis_rule import thesis_occupied
 from kempelen.core.camera import Frame
 from kempelen.core.errors import ConfigError
-from kempelen.core.senses import EMPTY, WHITE
+from kempelen.core.senses import EMPTY, WHITE, states_of
 from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.depth.geometry import depth_of
 from kempelen.sensing.depth.reader import DepthReader
 from kempelen.sensing.sighting import BoardSighting
-from kempelen.sensing.tracker import occupancy_of
 from kempelen.twin.cameras.noise import NOMINAL, Noise
 
 PLOT = Path("eyes-sweep.svg")
@@ -111,7 +110,7 @@ def _measure(
 ) -> _Point:
     reader = DepthReader()
     stage.show(chess.Board())
-    reader.learn([stage.shoot(noise) for _ in range(_LEARN)], sighting, occupancy_of(chess.Board()))
+    reader.learn([stage.shoot(noise) for _ in range(_LEARN)], sighting, states_of(chess.Board()))
     ours, thesis = [], []
     for board in positions:
         stage.show(board)
@@ -124,7 +123,7 @@ def _measure(
 
 def _errors(reader: DepthReader, frame: Frame, board: chess.Board) -> tuple[float, float]:
     """Shares of the squares that are read wrongly, by us and by the thesis's rule."""
-    occupied = occupancy_of(board) != EMPTY
+    occupied = states_of(board) != EMPTY
     seen = reader.read(frame).log_likelihood
     counted = thesis_occupied(reader.view, depth_of(frame))
     ours = (seen[:, WHITE] > seen[:, EMPTY]) != occupied

@@ -18,10 +18,10 @@ from kempelen.bench.result import Progress
 from kempelen.bench.section import Section, counted
 from kempelen.bench.thesis_rule import thesis_occupied
 from kempelen.core.camera import Frame
-from kempelen.core.senses import EMPTY, Observation
+from kempelen.core.senses import EMPTY, Observation, states_of
 from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.depth.geometry import depth_of, view_board
-from kempelen.sensing.tracker import Tracker, TrackerSettings, Use, occupancy_of
+from kempelen.sensing.tracker import Tracker, TrackerSettings, Use
 
 _EVERY = 7  # plies between two positions of a game
 _LEARN = 8  # frames before the first reading
@@ -96,7 +96,7 @@ def measure_accuracy(seed: int, progress: Progress) -> Section:
             stage.show(board)
             _read(stage, trackers, board, tallies)
             thesis = thesis_occupied(view, depth_of(stage.shoot()))
-            tallies["thesis"].add(int((thesis != (occupancy_of(board) != EMPTY)).sum()), 0)
+            tallies["thesis"].add(int((thesis != (states_of(board) != EMPTY)).sum()), 0)
     figures: dict[str, float] = {
         "square_errors": tallies["both"].wrong_squares + tallies["both"].wrong_colours,
         "boards_read": tallies["both"].boards - tallies["both"].wrong_boards,
@@ -107,7 +107,7 @@ def measure_accuracy(seed: int, progress: Progress) -> Section:
 
 def _read(stage: Stage, trackers: dict[Use, Tracker], board: chess.Board, tallies: dict[str, _Tally]) -> None:
     """Show frames for the gates to settle, then count two."""
-    wanted = occupancy_of(board)
+    wanted = states_of(board)
     for look in range(_SETTLE + _LOOKS):
         frame = stage.shoot()
         for use, tracker in trackers.items():

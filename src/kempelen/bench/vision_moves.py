@@ -20,11 +20,10 @@ from kempelen.bench.section import Section, counted
 from kempelen.core.camera import Frame
 from kempelen.core.errors import ConfigError, SensorError
 from kempelen.core.geometry import Array
-from kempelen.core.senses import Observation
+from kempelen.core.senses import Observation, states_of
 from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.colour.columns import plane, tiles, without_margin
 from kempelen.sensing.colour.reader import ColourReader
-from kempelen.sensing.moves.hypotheses import states_of
 from kempelen.sensing.moves.parameters import MoveParameters
 from kempelen.sensing.moves.reader import MoveReader
 from kempelen.sensing.moves.verdicts import Line, Moved, Verdict

@@ -5,12 +5,22 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
+import chess
 import numpy as np
+import numpy.typing as npt
 
 from kempelen.core.geometry import Array
 
 EMPTY, WHITE, BLACK = 0, 1, 2
 """Columns of an observation."""
+
+
+def states_of(board: chess.BaseBoard) -> npt.NDArray[np.int64]:
+    """(64,) EMPTY, WHITE or BLACK: what an observation of this position should show."""
+    out = np.full(64, EMPTY, dtype=np.int64)
+    out[list(chess.SquareSet(board.occupied_co[chess.WHITE]))] = WHITE
+    out[list(chess.SquareSet(board.occupied_co[chess.BLACK]))] = BLACK
+    return out
 
 
 class Sight(StrEnum):

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from kempelen.core.camera import Frame
 from kempelen.core.errors import SensorError
 from kempelen.core.geometry import Array
-from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation, Sight
+from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation, Sight, states_of
 from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.colour.reader import ColourReader
 from kempelen.sensing.colour_gate import ColourGate, colour_gate_parameters
@@ -141,7 +141,7 @@ class Tracker:
         """
         board = position if isinstance(position, chess.BaseBoard) or position is None else _men(position)
         self._board = board
-        self._position = None if board is None else occupancy_of(board)
+        self._position = None if board is None else states_of(board)
         self._told = board is not None
 
     def look_again(self) -> None:
@@ -326,14 +326,6 @@ class Tracker:
             yield
         finally:
             self._stages[name] = self._stages.get(name, 0.0) + 1000 * (clock.perf_counter() - start)
-
-
-def occupancy_of(board: chess.BaseBoard) -> npt.NDArray[np.int64]:
-    """(64,) of {EMPTY, WHITE, BLACK}."""
-    out = np.full(64, EMPTY, dtype=np.int64)
-    for square, piece in board.piece_map().items():
-        out[square] = WHITE if piece.color == chess.WHITE else BLACK
-    return out
 
 
 def _men(position: npt.ArrayLike) -> chess.BaseBoard:

@@ -7,12 +7,12 @@ import pytest
 
 from kempelen.core.camera import Frame
 from kempelen.core.errors import ConfigError
-from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation, Sight
+from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation, Sight, states_of
 from kempelen.sensing.draw import annotate
-from kempelen.sensing.tracker import Tracker, TrackerSettings, Use, occupancy_of
+from kempelen.sensing.tracker import Tracker, TrackerSettings, Use
 from kempelen.testing.depth_scene import SKIN, SQUARE, DepthScene, Post, start_men
 
-START = occupancy_of(chess.Board())
+START = states_of(chess.Board())
 
 
 @lru_cache(maxsize=24)

@@ -12,7 +12,7 @@ import chess
 import numpy as np
 
 from kempelen.core.geometry import Array
-from kempelen.core.senses import BLACK, EMPTY, WHITE
+from kempelen.core.senses import BLACK, EMPTY, WHITE, states_of
 from kempelen.sensing.moves.evidence import States
 from kempelen.sensing.moves.verdicts import Line
 
@@ -70,14 +70,6 @@ class Hypothesis:
     advice: str = ""
     castling: bool = False
     also: tuple["Hypothesis", ...] = ()
-
-
-def states_of(board: chess.BaseBoard) -> States:
-    """(64,) EMPTY, WHITE or BLACK."""
-    out = np.full(64, EMPTY)
-    out[list(chess.SquareSet(board.occupied_co[chess.WHITE]))] = WHITE
-    out[list(chess.SquareSet(board.occupied_co[chess.BLACK]))] = BLACK
-    return out
 
 
 def colour_state(colour: chess.Color) -> int:

@@ -6,9 +6,10 @@ import chess
 import numpy as np
 
 from kempelen.core.pieces import kind_name, piece_name
+from kempelen.core.senses import states_of
 from kempelen.sensing.moves.differences import Repair, repairs, sentence
 from kempelen.sensing.moves.evidence import States
-from kempelen.sensing.moves.hypotheses import states_of, two_plies
+from kempelen.sensing.moves.hypotheses import two_plies
 from kempelen.sensing.moves.verdicts import Difference, Line
 from kempelen.sensing.moves.ways import goes
 

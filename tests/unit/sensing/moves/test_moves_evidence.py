@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kempelen.core.geometry import Array
-from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation
+from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation, states_of
 from kempelen.sensing.moves.evidence import Standing, Window, bounded, frames_worth, normalised
-from kempelen.sensing.moves.hypotheses import Happened, Hypotheses, states_of
+from kempelen.sensing.moves.hypotheses import Happened, Hypotheses
 from kempelen.sensing.moves.parameters import MoveParameters
 from kempelen.testing.move_scenes import board_of
 

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kempelen.core.senses import BLACK, EMPTY, WHITE
+from kempelen.core.senses import BLACK, EMPTY, WHITE, states_of
 from kempelen.sensing.moves.differences import differences, repairs, sentence
-from kempelen.sensing.moves.hypotheses import states_of
 from kempelen.sensing.moves.illegal import advise, why_illegal
 from kempelen.testing.move_scenes import board_of
 from kempelen.testing.observations import with_changes
