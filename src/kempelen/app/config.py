@@ -2,7 +2,7 @@
 
 The defaults describe the twin, so no file is needed. Every key is documented on its model; ``kempelen
 config`` prints them all. A key that nobody knows is an error. Calibration is no configuration: it has its own
-file.
+file. What the web page changes of the table stands in another one, see `kempelen.app.table_file`.
 """
 
 import os
@@ -17,6 +17,7 @@ from platformdirs import user_config_path, user_data_path
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from kempelen.app.config_errors import explain
+from kempelen.app.table_file import read_table_file
 from kempelen.core.calibration import SQUARE_RANGE, Calibration
 from kempelen.core.errors import ConfigError
 from kempelen.core.geometry import Transform
@@ -326,7 +327,7 @@ def load_config(path: Path | None = None, overrides: Mapping[str, object] | None
 
     Args:
         path: The file; None for the one at `default_config_path`, if there is one.
-        overrides: Values by dotted key (``"robot.port"``), stronger than the file and the environment; those
+        overrides: Values by dotted key (``"robot.port"``), stronger than the files and the environment; those
             that are None are left out.
 
     Raises:
@@ -341,6 +342,14 @@ def load_config(path: Path | None = None, overrides: Mapping[str, object] | None
     given = {key: value for key, value in (overrides or {}).items() if value is not None}
     for key, value in given.items():
         _put(content, key, value)
+    config = _checked(content, text, where, given)
+    saved = read_table_file(config.data_dir)
+    for key, value in {**saved.content, **given}.items():
+        _put(content, key, value)
+    return _checked(content, saved.text, saved.where, given) if saved.content else config
+
+
+def _checked(content: dict[str, Any], text: str, where: str, given: Mapping[str, object]) -> Config:
     try:
         return Config.model_validate(content)
     except ValidationError as error:
@@ -367,19 +376,15 @@ def _read(path: Path | None) -> tuple[str, str]:
             hint="Save it as UTF-8.",
         ) from None
     except OSError as error:
-        raise ConfigError(
-            f"The configuration {file} cannot be read: {error.strerror}.",
-            hint="Name a TOML file that you may read.",
-        ) from None
+        message = f"The configuration {file} cannot be read: {error.strerror}."
+        raise ConfigError(message, hint="Name a TOML file that you may read.") from None
 
 
 def _parse(text: str, where: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise ConfigError(
-            f"The configuration {where} is not TOML: {error}.", hint="Mend that line."
-        ) from None
+        raise ConfigError(f"The configuration {where} is not TOML: {error}.", hint="Mend it.") from None
 
 
 def _put(content: dict[str, Any], key: str, value: object) -> None:

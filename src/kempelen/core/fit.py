@@ -46,12 +46,14 @@ class Finding:
         what: Where and what, with the measured and the allowed number.
         by: By how much, in ``unit``, above 0.
         mend: What to change.
+        where: What a picture of the table marks: ``board``, names of trays, places and kinds.
     """
 
     what: str
     by: float
     mend: str
     unit: str = "mm"
+    where: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         amount = f"{self.by:.1f} {self.unit}" if self.unit == "mm" else f"{self.by:.0f} {self.unit}"
@@ -111,6 +113,7 @@ def _beyond(space: WorkSpace, place: Place, axis: int, value: float) -> Iterator
             f"the work space is {low:.1f} to {high:.1f} mm",
             excess,
             f"Move the {what} {excess:.1f} mm in {sign}{name}, or widen the work space.",
+            where=(what, str(place)),
         )
 
 
@@ -140,6 +143,7 @@ def _finger_tips(table: Table) -> Iterator[Finding]:
             f"a {kind_name(lowest)} is gripped {height:.1f} mm above the surface",
             missing,
             f"Grip the {kind_name(lowest)} higher or shorten the fingers below the pads.",
+            where=(kind_name(lowest),),
         )
 
 
@@ -158,19 +162,20 @@ def _width(shape: PieceShape) -> float:
 def _spacing(table: Table) -> Iterator[Finding]:
     """Neighbours do not touch, on the squares and in each tray."""
     needed = 2 * _footprint(table)
-    spacings = [("Squares", table.square, "Use larger squares or narrower pieces.")]
+    spacings = [("Squares", table.square, "Use larger squares or narrower pieces.", "board")]
     spacings += [
-        (f"Tray '{tray.name}': slots", tray.pitch, f"Set its pitch to {needed:.1f} mm or more.")
+        (f"Tray '{tray.name}': slots", tray.pitch, f"Set its pitch to {needed:.1f} mm or more.", tray.name)
         for tray in table.trays
         if tray.rows * tray.columns > 1
     ]
-    for what, pitch, mend in spacings:
+    for what, pitch, mend, area in spacings:
         if needed - pitch > _EPSILON:
             yield Finding(
                 f"{what} of {pitch:.1f} mm: the widest piece needs {needed:.1f} mm, "
                 f"{OFF_CENTRE:.0f} mm off-centre on either side included",
                 needed - pitch,
                 mend,
+                where=(area,),
             )
 
 
@@ -189,6 +194,7 @@ def _trays_and_board(table: Table) -> Iterator[Finding]:
                 f"field, its piece needs {radius:.1f} mm",
                 missing,
                 f"Move the tray's origin {missing:.1f} mm away from the board.",
+                where=(tray.name, str(tray.slots[worst])),
             )
 
 
@@ -205,6 +211,7 @@ def _trays_apart(table: Table) -> Iterator[Finding]:
                 f"{apart[i, j]:.1f} mm apart, two pieces need {needed:.1f} mm",
                 missing,
                 f"Move one of the trays {missing:.1f} mm away from the other.",
+                where=(str(one.slots[i]), str(other.slots[j])),
             )
 
 
@@ -240,6 +247,7 @@ def _opening(table: Table) -> Iterator[Finding]:
                 f"{OFF_CENTRE:.0f} mm off-centre needs {needed:.1f} mm",
                 needed - table.gripper.opening,
                 f"Open the gripper to {needed:.1f} mm or use pieces with smaller heads.",
+                where=(kind_name(kind),),
             )
 
 
@@ -258,6 +266,7 @@ def _fingers(table: Table) -> Iterator[Finding]:
             missing,
             f"Open the gripper {missing:.1f} mm less at each side, use thinner fingers, larger squares or "
             "narrower pieces, or align the board with the gripper.",
+            where=(str(centre), str(other)),
         )
 
 
@@ -285,6 +294,7 @@ def _palm(table: Table) -> Iterator[Finding]:
                 f"{PALM_CLEARANCE:.1f} mm needed",
                 PALM_CLEARANCE - over,
                 f"Lengthen the fingers or grip the {kind_name(kind)} higher.",
+                where=(kind_name(kind),),
             )
     heights = np.array([table.centre(place)[2] for place in table.places])
     lowest = min(pieces[kind].grip_height for kind in KINDS) + gripper.finger_length
@@ -297,6 +307,7 @@ def _palm(table: Table) -> Iterator[Finding]:
             f"{other}, {PALM_CLEARANCE:.1f} mm needed",
             PALM_CLEARANCE - gap,
             "Lengthen the fingers, or grip the lowest piece higher.",
+            where=(str(centre), str(other)),
         )
 
 

@@ -6,10 +6,14 @@ Linux raises DTR when a port is opened and, as long as ``HUPCL`` is set, lowers 
 it (termios(3)). A rising DTR resets an Arduino. `open_port` therefore clears ``HUPCL``: when this process
 ends, even by SIGKILL, DTR stays up, the board runs on, and the next opening makes no edge. Whether an edge is
 to be expected is read off the port before it is changed (`Transport.resets`).
+
+Whoever wants to see the traffic listens to the logger `WIRE` at level DEBUG: each record's arguments are
+``out`` or ``in`` and the bytes.
 """
 
 import asyncio
 import errno
+import logging
 import os
 import termios
 from dataclasses import dataclass
@@ -23,6 +27,8 @@ from kempelen.core.errors import ConfigError, LinkError
 _SCHEMES = ("socket://", "tcp://")
 _CONNECT_SECONDS = 5.0
 _PSEUDO_TERMINALS = range(136, 144)  # major device numbers (Linux, devices.txt)
+WIRE = "kempelen.wire"
+_wire = logging.getLogger(WIRE)
 
 
 class Transport(Protocol):
@@ -81,6 +87,7 @@ class PortTransport(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Bytes from the device."""
+        _wire.debug("%s %r", "in", data)
         self._received += data
         self._heard = True
         self._news.set()
@@ -121,6 +128,7 @@ class PortTransport(asyncio.Protocol):
         except OSError as error:
             self._lost = str(error)
             self._raise_if_lost()
+        _wire.debug("%s %r", "out", data)
 
     async def close(self) -> None:
         """Let go of the port."""
