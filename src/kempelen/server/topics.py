@@ -14,9 +14,11 @@ Square = Annotated[str, Field(pattern="^[a-h][1-8]$")]
 
 
 class Model(BaseModel):
-    """Frozen, and unknown keys are errors."""
+    """Frozen, and unknown keys are errors. What is sent always has all keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, json_schema_serialization_defaults_required=True
+    )
 
 
 class Fault(Model):
@@ -282,12 +284,14 @@ class SceneView(Model):
         closed: Whether the gripper is.
         hand: Where the virtual person's hand is; None when it is away.
         pieces: Only those that moved since the last one, in a delta; all of them in a snapshot.
+        whole: Whether ``pieces`` holds all that there are: others are gone.
     """
 
     tool: Point | None
     closed: bool
     hand: Point | None
     pieces: tuple[PieceView, ...]
+    whole: bool = True
 
 
 class CalibrationView(Model):
