@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from types import TracebackType
@@ -201,6 +201,10 @@ class Eye:
             SensorError: nothing has been seen yet, or the eye does not answer.
         """
         return (await self._ask("view")).data
+
+    async def layers(self, ground: str, layers: Sequence[str], width: int) -> bytes:
+        """A view as `kempelen.sensing.draw.layered` draws it, a JPEG file; raises as `picture`."""
+        return (await self._ask("view", ground=ground, layers=list(layers), width=width)).data
 
     async def sighting(self) -> SeenBoard:
         """Where the board is in the camera's view.

@@ -21,7 +21,7 @@ from kempelen.core.senses import Observation, Sight
 from kempelen.frames.ring import RingReader
 from kempelen.sensing.board.finder import BoardFinder
 from kempelen.sensing.board.orientation import Side
-from kempelen.sensing.draw import annotate
+from kempelen.sensing.draw import Ground, Layer, annotate, layered
 from kempelen.sensing.tracker import Tracker, TrackerSettings, Use
 
 WAIT_S = 0.05
@@ -33,6 +33,7 @@ REPORT_S = 0.5
 LATENCY_S = 0.1
 """A frame may be this old when it comes out of the ring: exposure, transfer, registration."""
 RETRY_S = 0.5
+_JPEG_QUALITY = 82
 
 
 class FrameSource:
@@ -199,12 +200,19 @@ class EyeLoop:
             fields, data = {"error": error.message, "hint": error.hint}, b""
         self._send(Note("answer", {"number": asked["number"], **fields}, data))
 
-    def _view(self, _asked: Mapping[str, Any]) -> tuple[dict[str, Any], bytes]:
+    def _view(self, asked: Mapping[str, Any]) -> tuple[dict[str, Any], bytes]:
         view = self._tracker.view()
         if view is None:
             raise SensorError("Nothing has been seen yet.", hint="Wait for the camera.")
-        _, png = cv2.imencode(".png", annotate(view))
-        return {}, png.tobytes()
+        if "ground" not in asked:
+            _, png = cv2.imencode(".png", annotate(view))
+            return {}, png.tobytes()
+        ground, layers = Ground(asked["ground"]), [Layer(name) for name in asked["layers"]]
+        picture = layered(view, ground, layers, asked["width"])
+        if picture is None:
+            raise SensorError(f"The camera gives no such picture: {ground}.", hint="Choose another one.")
+        _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+        return {}, jpeg.tobytes()
 
     def _sighting(self, _asked: Mapping[str, Any]) -> tuple[dict[str, Any], bytes]:
         view = self._tracker.view()

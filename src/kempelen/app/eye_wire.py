@@ -10,7 +10,8 @@ program   ``mark``: from here on frames count as fresh    mark
 program   ``look again``: forget where the board is
 program   ``ask``: an answer is wanted                    number, what (view, sighting, parameters, set), ...
 eye       ``seen``: an observation                        mark, time, sight, message, arrays; numbers
-eye       ``answer``                                      number, error or fields; for a view a PNG file
+eye       ``answer``                                      number, error or fields; for a view a PNG file,
+                                                          for one with ``ground`` and ``layers`` a JPEG file
 ========= =============================================== ====================================================
 
 The end of the pipe is the end of the other side.

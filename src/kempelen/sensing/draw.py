@@ -1,14 +1,17 @@
 """The annotated picture: what the tracker sees and what it makes of it."""
 
+from collections.abc import Collection
+from enum import StrEnum
+
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from kempelen.core.camera import Picture
+from kempelen.core.camera import Depth, Frame, Picture
 from kempelen.core.geometry import Array
 from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation
-from kempelen.sensing.depth.geometry import MARGIN
-from kempelen.sensing.sighting import BoardSighting
+from kempelen.sensing.depth.geometry import MARGIN, Mask
+from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting
 from kempelen.sensing.tracker import TrackerView
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -23,7 +26,29 @@ _FEW_NATS = 3.0
 _SIDE = 34  # px of a square in the maps
 _TITLE = 26
 
+_PLANE = (200, 130, 40)
+_PLANE_SHARE = 0.3
+_NEAR_FAR = (5.0, 95.0)  # percentiles of the distances that the colours of a depth picture span
+
 Canvas = npt.NDArray[np.uint8]
+
+
+class Ground(StrEnum):
+    """What is drawn on."""
+
+    COLOUR = "colour"
+    DEPTH = "depth"
+    ABOVE = "above"  # heights over the board, from above
+
+
+class Layer(StrEnum):
+    """What may be drawn on it."""
+
+    PLANE = "plane"  # the playing field
+    LATTICE = "lattice"
+    SQUARES = "squares"  # what stands on each, and where the reading is unsure
+    HEIGHTS = "heights"  # mm over the board
+    HAND = "hand"  # what is taken for one
 
 
 def annotate(view: TrackerView, width: int = 960) -> Picture:
@@ -40,14 +65,97 @@ def annotate(view: TrackerView, width: int = 960) -> Picture:
     return np.hstack([_padded(picture, height), _padded(column, height)])
 
 
+def layered(view: TrackerView, ground: Ground, layers: Collection[Layer], width: int = 960) -> Picture | None:
+    """One picture with the chosen layers on it; None where the frame has nothing of that kind.
+
+    Args:
+        view: Of a frame.
+        ground: What is drawn on.
+        layers: What is drawn; on the heights from above they are always there, hand included.
+        width: Of the picture, px.
+    """
+    if ground is Ground.ABOVE:
+        return _heights_panel(view)
+    frame = view.frame
+    if ground is Ground.DEPTH:
+        source = None if frame.depth is None else _coloured(frame.depth)
+        fits = _registered(frame)
+    else:
+        source, fits = frame.colour, True
+    if source is None:
+        return None
+    scale = width / source.shape[1]
+    canvas = _resized(source, width, scale)
+    if view.sighting is not None and fits:
+        _draw_layers(canvas, view, view.sighting, layers, scale)
+    return canvas
+
+
+def _registered(frame: Frame) -> bool:
+    """Whether the depth picture shows what the colour picture does, pixel by pixel."""
+    same = frame.depth_camera is not None and frame.depth_camera == frame.colour_camera
+    return same and np.allclose(frame.colour_from_depth.matrix, np.eye(4), atol=1e-6)
+
+
+def _draw_layers(
+    canvas: Canvas, view: TrackerView, sighting: BoardSighting, layers: Collection[Layer], scale: float
+) -> None:
+    seen = view.observation
+    if Layer.PLANE in layers:
+        outline = np.array(_points(sighting, OUTER_CORNERS, scale), np.int32)
+        filled = cv2.fillPoly(canvas.copy(), [outline], _PLANE)
+        cv2.addWeighted(filled, _PLANE_SHARE, canvas, 1 - _PLANE_SHARE, 0, canvas)
+    if Layer.HAND in layers and view.hand is not None:
+        _draw_hand(canvas, view.hand, sighting, scale)
+    if Layer.LATTICE in layers:
+        _draw_board(canvas, sighting, scale)
+    if Layer.SQUARES in layers and seen.valid:
+        _draw_squares(canvas, sighting, seen, scale)
+    if Layer.HEIGHTS in layers and seen.valid and seen.heights is not None:
+        for square, at in enumerate(_points(sighting, _centres(), scale)):
+            if seen.log_likelihood[square].argmax() != EMPTY and np.isfinite(seen.heights[square]):
+                _write(canvas, f"{seen.heights[square]:.0f}", (at[0] + 9, at[1] + 4), 0.4)
+
+
+def _draw_hand(canvas: Canvas, hand: Mask, sighting: BoardSighting, scale: float) -> None:
+    """Cells are measured over the board's plane: what is higher appears farther from the camera's foot."""
+    cells = hand.shape[0] / (8 + 2 * MARGIN)
+    squares_from_cells = np.array([[1 / cells, 0, -MARGIN], [0, 1 / cells, -MARGIN], [0, 0, 1]])
+    pixels = np.diag([scale, scale, 1.0]) @ sighting.image_from_board @ squares_from_cells
+    size = (canvas.shape[1], canvas.shape[0])
+    over = cv2.warpPerspective(hand.astype(np.uint8), pixels, size, flags=cv2.INTER_NEAREST) > 0
+    canvas[over] = (0.5 * canvas[over] + 0.5 * np.array(_HAND)).astype(np.uint8)
+
+
+def _coloured(depth: Depth) -> Canvas:
+    """Near is bright; what was not measured is black."""
+    known = depth > 0
+    if not known.any():
+        return np.zeros((*depth.shape, 3), np.uint8)
+    near, far = np.percentile(depth[known], _NEAR_FAR)
+    shown = np.clip(255 * (far - depth) / max(far - near, 1.0), 0, 255).astype(np.uint8)
+    canvas: Canvas = np.asarray(cv2.applyColorMap(shown, cv2.COLORMAP_VIRIDIS), np.uint8)
+    canvas[~known] = 0
+    return canvas
+
+
+def _resized(picture: Canvas, width: int, scale: float) -> Canvas:
+    size = (width, max(round(picture.shape[0] * scale), 1))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _centres() -> Array:
+    """(64, 2) squares of the board plane."""
+    return np.stack([np.arange(64) % 8 + 0.5, np.arange(64) // 8 + 0.5], axis=-1)
+
+
 def _camera_picture(view: TrackerView, width: int) -> Canvas:
     colour = view.frame.colour
     if colour is None:
         blank = np.zeros((round(width * 9 / 16), width, 3), np.uint8)
         return _titled(blank, view.observation)
     scale = width / colour.shape[1]
-    size = (width, max(round(colour.shape[0] * scale), 1))
-    canvas: Canvas = np.asarray(cv2.resize(colour, size, interpolation=cv2.INTER_AREA), np.uint8)
+    canvas = _resized(colour, width, scale)
     if view.sighting is not None:
         _draw_board(canvas, view.sighting, scale)
         if view.observation.valid:
@@ -68,13 +176,12 @@ def _draw_board(canvas: Canvas, sighting: BoardSighting, scale: float) -> None:
 
 def _draw_squares(canvas: Canvas, sighting: BoardSighting, seen: Observation, scale: float) -> None:
     """A disc for each piece in its colour; a ring in orange where the reading is unsure."""
-    centres = np.stack([np.arange(64) % 8 + 0.5, np.arange(64) // 8 + 0.5], axis=-1)
     best = seen.log_likelihood.argmax(axis=1)
     ordered = np.sort(seen.log_likelihood, axis=1)
     occupied = np.logaddexp(seen.log_likelihood[:, WHITE], seen.log_likelihood[:, BLACK])
     unsure = np.abs(occupied - seen.log_likelihood[:, EMPTY]) < _FEW_NATS
     colourless = ordered[:, 2] - ordered[:, 1] < _FEW_NATS
-    for square, at in enumerate(_points(sighting, centres, scale)):
+    for square, at in enumerate(_points(sighting, _centres(), scale)):
         if best[square] != EMPTY:
             grey = (128, 128, 128) if colourless[square] else _MARKS[int(best[square])]
             cv2.circle(canvas, at, 7, grey, -1, cv2.LINE_AA)
