@@ -18,10 +18,11 @@ from kempelen.core.geometry import Transform
 from kempelen.core.places import Place
 from kempelen.core.protocols import GripperState, RobotPhase, SetGripper
 from kempelen.core.table import Table
-from kempelen.game.arbiter import Arbiter, ArbiterOptions
+from kempelen.game.arbiter import Arbiter
 from kempelen.game.journal import Journal
 from kempelen.game.modes import Mode, Pairing
 from kempelen.game.opening import new_game
+from kempelen.game.options import ArbiterOptions
 from kempelen.game.players import PersonPlayer
 from kempelen.robots.grbl.gantry import GrblGantry
 from kempelen.robots.grbl.gcode import number

@@ -1,5 +1,6 @@
 """Who plays: engines started when needed, people, replays; and the same cast again from the journal."""
 
+from collections.abc import Callable
 from contextlib import AsyncExitStack
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from kempelen.core.errors import ConfigError
 from kempelen.engines.select import create_engine
 from kempelen.engines.uci import Habits, UciEngine
 from kempelen.engines.wire import OptionValue
+from kempelen.game.clock import TimeControl
 from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.pgn import GameScore
 from kempelen.game.players import EnginePlayer, PersonPlayer, Player, ReplayPlayer
@@ -26,6 +28,7 @@ class GameRequest:
         person_plays: The person's colour in mode ``play``, and after a take-over.
         take_over_move: Number of the move at which the person takes the replayed game over; None: never.
         opponent: Engine of the second side in mode ``watch``; empty for the same.
+        clock: Time control; None: the game is played without a clock.
     """
 
     mode: Mode
@@ -35,6 +38,7 @@ class GameRequest:
     take_over_move: int | None = None
     opponent: str = ""
     opponent_level: str = ""
+    clock: TimeControl | None = None
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,7 @@ class Cast:
 
     Attributes:
         person: The one who types moves.
+        time_left: Tells a side's time on the clock, s; None without a clock.
     """
 
     def __init__(
@@ -77,6 +82,7 @@ class Cast:
         self._usual = (config.engine.path, config.engine.level, config.engine.move_time)
         self._engines: dict[tuple[str, str, float], UciEngine] = {}
         self.person = person or PersonPlayer("Person")
+        self.time_left: Callable[[chess.Color], float | None] = lambda _: None
 
     async def engine(
         self, path: str | None = None, level: str | None = None, seconds: float | None = None
@@ -98,7 +104,10 @@ class Cast:
                 create_engine(*key[:2], self._habits(key[2]))
             )
         details: dict[str, JsonValue] = {"engine": key[0], "level": key[1], "move_time": key[2]}
-        return EnginePlayer(self._engines[key], details=details)
+        return EnginePlayer(self._engines[key], seconds=key[2], details=details, time_left=self._left)
+
+    def _left(self, colour: chess.Color) -> float | None:
+        return self.time_left(colour)
 
     def _habits(self, seconds: float) -> Habits:
         chosen = self._config.engine

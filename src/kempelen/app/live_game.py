@@ -10,7 +10,7 @@ from typing import Self
 import chess
 
 from kempelen.app.calibration_file import save_calibration
-from kempelen.app.camera_pose import as_calibration, bumped, load_camera_pose, shift_of
+from kempelen.app.camera_pose import shift_of
 from kempelen.app.cameras import twin_camera
 from kempelen.app.cast import Cast, EngineWish, GameRequest, score_of
 from kempelen.app.config import Config
@@ -18,17 +18,17 @@ from kempelen.app.eyes import GameEyes
 from kempelen.app.measure import MeasuredPlayer, Measurements
 from kempelen.app.paths import journal_path, pgn_path, twin_state_path
 from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
+from kempelen.app.remeasure import board_by_camera, table_as_measured
 from kempelen.app.report import GameReport
 from kempelen.app.speed import parse_speed
 from kempelen.app.table_session import TableSession, calibrated_table, digest, twin_speed
+from kempelen.core.calibration import Calibration
 from kempelen.core.errors import ConfigError, GameError
 from kempelen.core.events import Event, GameOver
-from kempelen.core.fit import require_fit
-from kempelen.core.geometry import Transform
 from kempelen.core.places import Layout
 from kempelen.core.protocols import RobotPhase, RobotState
 from kempelen.core.table import Table, start_layout
-from kempelen.game.arbiter import Arbiter, ArbiterOptions
+from kempelen.game.arbiter import Arbiter
 from kempelen.game.board_person import BoardPerson
 from kempelen.game.fen import parse_fen
 from kempelen.game.game_log import PgnKeeper
@@ -36,6 +36,7 @@ from kempelen.game.journal import GameLog, Journal
 from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.observers import EventBus
 from kempelen.game.opening import new_game
+from kempelen.game.options import ArbiterOptions
 from kempelen.game.pgn import GameScore
 from kempelen.game.players import PersonPlayer
 from kempelen.game.records import HandEmpty, Helped, Purpose
@@ -124,6 +125,7 @@ class LiveGame:
         log = new_game(
             journal, pairing, table,
             start_fen=request.start_fen, headers=headers, take_over=take_over, options=options,
+            clock=request.clock,
         )  # fmt: skip
         self._wire_up(log, table, pairing, take_over, options)
 
@@ -168,6 +170,7 @@ class LiveGame:
             take_over=TakeOver(take_over.ply, self._measured(take_over.pairing)) if take_over else None,
         )  # fmt: skip
         self._bus = self.arbiter.events
+        self.cast.time_left = self.arbiter.clock.left
         if self.eyes is not None:
             self.arbiter.events.listen(self.eyes.listen)
             self.eyes.busy = lambda: self.arbiter.moving
@@ -318,26 +321,23 @@ class LiveGame:
 
     async def _measure_again(self, eyes: GameEyes) -> str:
         before = self.session.table
-        robot_from_camera = self._robot_from_camera()
-        seen = robot_from_camera @ (await eyes.pose()).camera_from_board
-        after = bumped(before.robot_from_board, seen)
-        calibration = as_calibration(after, before.square)
-        table = self._config.build_table(calibration)
-        require_fit(table, self._config.planner.clearances.vertical)
-        await self.arbiter.change_table(table, digest(table))
-        self.session.table = self.session.hand.table = table
-        save_calibration(self._config.calibration_path, calibration)
-        moved = shift_of(before.robot_from_board, after, before.square)
+        calibration = await board_by_camera(self._config, eyes, before)
+        await self.use_calibration(calibration)
+        moved = shift_of(before.robot_from_board, calibration.robot_from_board, before.square)
         return f"The board has moved by {moved:.1f} mm at its farthest corner; the robot knows it now."
 
-    def _robot_from_camera(self) -> Transform:
-        known = load_camera_pose(self._config.camera_calibration_path)
-        if known is None:
-            raise GameError(
-                "It is not known where the camera stands over the robot.",
-                hint="Put the board back, leave the game, and calibrate once: kempelen calibrate --camera",
-            )
-        return known.robot_from_camera
+    async def use_calibration(self, calibration: Calibration) -> None:
+        """Go on with the same game on the board as it was measured now, and keep the measurement.
+
+        Raises:
+            FitError: something does not fit where the board is now.
+            GameError: a move is in hand.
+            CalibrationError: the measurement cannot be kept.
+        """
+        table = table_as_measured(self._config, calibration)
+        await self.arbiter.change_table(table, digest(table))
+        self.session.use(table)
+        save_calibration(self._config.calibration_path, calibration)
 
     async def play(self) -> GameReport:
         """To the end.

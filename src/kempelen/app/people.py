@@ -2,6 +2,8 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import chess
 
@@ -13,7 +15,29 @@ from kempelen.game.records import Helped, Record
 from kempelen.game.transfers import Missing, Request, move_transfers
 from kempelen.twin.client import TwinControl
 
-Ask = Callable[[str], Awaitable[str]]
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What a person is asked.
+
+    Attributes:
+        text: In plain words.
+        kind: ``do``: do what it says, then give any answer; ``yes_no``.
+        piece: That it is about, if it is about one.
+        place: That it is about.
+    """
+
+    text: str
+    kind: Literal["do", "yes_no"] = "do"
+    piece: chess.Piece | None = None
+    place: Place | None = None
+
+    def __str__(self) -> str:
+        """For somebody at a terminal."""
+        return f"{self.text} (y/n)" if self.kind == "yes_no" else f"{self.text} Press Enter when it is done."
+
+
+Ask = Callable[[Question], Awaitable[str]]
 YES = frozenset({"y", "yes", "j", "ja", "a", "ano"})
 
 
@@ -21,7 +45,7 @@ class Operator:
     """A person at a real table, asked in words.
 
     Args:
-        ask: Shows a sentence and returns what was answered.
+        ask: Puts a question and returns what was answered.
     """
 
     def __init__(self, ask: Ask) -> None:
@@ -30,23 +54,26 @@ class Operator:
     async def carry(self, transfers: Sequence[Transfer]) -> None:
         """Wait until the person has made the move."""
         steps = ", then ".join(f"the {piece_name(t.piece)} from {t.source} to {t.target}" for t in transfers)
-        await self._ask(f"Move {steps}; press Enter when it is done.")
+        await self._ask(Question(f"Move {steps}.", piece=transfers[0].piece, place=transfers[0].target))
 
     async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:
         """Wait until the piece stands there."""
-        await self._ask(f"{reason} Stand a {piece_name(piece)} on {place}; press Enter when it is done.")
+        text = f"{reason} Stand a {piece_name(piece)} on {place}."
+        await self._ask(Question(text, piece=piece, place=place))
 
     async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:
         """Wait until the place is empty."""
-        await self._ask(f"{reason} Take the {piece_name(piece)} off {place}; press Enter when it is done.")
+        text = f"{reason} Take the {piece_name(piece)} off {place}."
+        await self._ask(Question(text, piece=piece, place=place))
 
     async def put_right(self, request: str) -> None:
         """Wait until the table is as the sentence says."""
-        await self._ask(f"{request} Press Enter when it is done.")
+        await self._ask(Question(request))
 
     async def is_holding(self, piece: chess.Piece) -> bool:
         """Ask; a sensorless robot cannot know after a reset."""
-        return (await self._ask(f"Is the {piece_name(piece)} in the gripper? (y/n)")).strip().lower() in YES
+        question = Question(f"Is the {piece_name(piece)} in the gripper?", "yes_no", piece)
+        return (await self._ask(question)).strip().lower() in YES
 
 
 class VirtualPerson:
@@ -202,10 +229,10 @@ class Answers:
         """Whether the next typed line is an answer."""
         return self._open is not None
 
-    async def ask(self, question: str) -> str:
+    async def ask(self, question: Question) -> str:
         """Show a question and wait."""
-        self._say(question)
-        self._open, self.question = asyncio.get_running_loop().create_future(), question
+        self._say(str(question))
+        self._open, self.question = asyncio.get_running_loop().create_future(), str(question)
         self.wanted.set()
         try:
             return await self._open

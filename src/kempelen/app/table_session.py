@@ -171,6 +171,10 @@ class TableSession:
             )
         return self.twin.ring
 
+    def use(self, table: Table) -> None:
+        """The table was measured again; not while a piece is being carried."""
+        self.table = self.hand.table = table
+
     async def __aexit__(self, *exc: object) -> None:
         """Robot at rest, port free, twin put away."""
         await self._stack.aclose()

@@ -237,6 +237,21 @@ class DrawDeclined:
 
 
 @dataclass(frozen=True, slots=True)
+class ClockChanged:
+    """The chess clock was started, stopped or set.
+
+    Attributes:
+        white: Left, s.
+        black: Left, s.
+        running: Whose time runs from now on; None for nobody's.
+    """
+
+    white: float
+    black: float
+    running: chess.Color | None
+
+
+@dataclass(frozen=True, slots=True)
 class GameOver:
     """The end.
 
@@ -271,5 +286,6 @@ Event = (
     | BoardDiffers
     | DrawOffered
     | DrawDeclined
+    | ClockChanged
     | GameOver
 )

@@ -6,8 +6,6 @@ terminals and pages come in by the other methods, at any time, and are obeyed be
 """
 
 import asyncio
-from dataclasses import dataclass
-from typing import Literal
 
 import chess
 
@@ -22,8 +20,9 @@ from kempelen.game.modes import Pairing, TakeOver
 from kempelen.game.mover import Mover
 from kempelen.game.notation import why_illegal
 from kempelen.game.observers import EventBus
+from kempelen.game.options import ArbiterOptions
 from kempelen.game.orders import Orders
-from kempelen.game.outcomes import by_agreement, by_resignation, by_score, end_of
+from kempelen.game.outcomes import by_agreement, by_resignation, by_score, by_time, end_of
 from kempelen.game.person_desk import PersonDesk
 from kempelen.game.players import Player, Proposal, Propose, Resign, TakenBack
 from kempelen.game.records import (
@@ -37,24 +36,8 @@ from kempelen.game.records import (
 )
 from kempelen.game.state import GameState
 from kempelen.game.tasks import Gate, unless
+from kempelen.game.turn_clock import TurnClock
 from kempelen.game.verify import Trust, Verifier
-
-
-@dataclass(frozen=True, slots=True)
-class ArbiterOptions:
-    """How games are run.
-
-    Attributes:
-        hands: Who carries a person's moves.
-        park: Whether the hand goes clear of the camera after each move, not only at the end.
-        table_digest: Identifies table and calibration in the journal.
-        program: Name put into the journal when a game is resumed.
-    """
-
-    hands: Literal["robot", "person"] = "robot"
-    park: bool = True
-    table_digest: str = ""
-    program: str = "kempelen"
 
 
 class Arbiter:
@@ -71,6 +54,7 @@ class Arbiter:
 
     Attributes:
         events: What happens, for observers.
+        clock: The chess clock.
     """
 
     def __init__(
@@ -86,6 +70,7 @@ class Arbiter:
         verifier: Verifier | None = None,
     ) -> None:
         self.events = EventBus()
+        self.clock = TurnClock(log, self.events)
         self._log = log
         self._pairing = pairing
         self._take_over = take_over
@@ -222,7 +207,11 @@ class Arbiter:
         player = self._pairing[board.turn]
         if self._proposal is None:
             self.events.emit(events.TurnBegan(board.turn, player.spec.name, board.fen()))
-            self._proposal = await unless(self._orders.came, player.propose(board.copy(), self._thought))
+            deciding = unless(self._orders.came, player.propose(board.copy(), self._thought))
+            self._proposal = await self.clock.during(board.turn, deciding)
+            if self.clock.fallen(board.turn):
+                await self._conclude(by_time(board, board.turn))
+                return
         # Paused while the player thought: the proposal waits for the game to go on, or for another order.
         if self._proposal is not None and not self.paused and not self._orders:
             proposal, self._proposal = self._proposal, None
@@ -274,6 +263,7 @@ class Arbiter:
             if self.paused and not self._gate.finishing:
                 return
             self._gate.close()
+            self.clock.pause()
             self._held = self._carrier.moving
             if self._held:
                 await self._carrier.hand.hold()
@@ -292,6 +282,7 @@ class Arbiter:
                 return
             self._log.write(Resumed())
             self._gate.open()
+            self.clock.resume()
             await self._release()
         self.events.emit(events.Resumed())
 

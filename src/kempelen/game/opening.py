@@ -5,11 +5,12 @@ from collections.abc import Mapping
 import chess
 
 from kempelen.core.table import Table, start_layout
-from kempelen.game.arbiter import ArbiterOptions
+from kempelen.game.clock import TimeControl
 from kempelen.game.fen import parse_fen
 from kempelen.game.journal import GameLog, Journal
 from kempelen.game.modes import Mode, Pairing, TakeOver
-from kempelen.game.records import Begun
+from kempelen.game.options import ArbiterOptions
+from kempelen.game.records import Begun, ClockSpec
 
 
 def new_game(
@@ -21,6 +22,7 @@ def new_game(
     headers: Mapping[str, str] | None = None,
     take_over: TakeOver | None = None,
     options: ArbiterOptions | None = None,
+    clock: TimeControl | None = None,
 ) -> GameLog:
     """Write the beginning of a game; the pieces stand as `start_layout` says.
 
@@ -32,6 +34,7 @@ def new_game(
         headers: PGN tags that are known better than the defaults.
         take_over: Another pairing that takes over later.
         options: The same ones go to the arbiter.
+        clock: Time control; None: the game is played without a clock.
 
     Raises:
         NotationError: No game can be played from ``start_fen``.
@@ -51,6 +54,8 @@ def new_game(
         "UTCDate": now.strftime("%Y.%m.%d"),
         "UTCTime": now.strftime("%H:%M:%S"),
     }
+    if clock is not None:
+        tags["TimeControl"] = str(clock)
     begun = Begun(
         headers=tags | dict(headers or {}),
         start_fen=start_fen,
@@ -59,5 +64,6 @@ def new_game(
         hands=options.hands,
         table=options.table_digest,
         layout=start_layout(table, board),
+        clock=ClockSpec(seconds=clock.seconds, increment=clock.increment) if clock else None,
     )
     return journal.begin(begun)

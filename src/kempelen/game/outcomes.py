@@ -39,6 +39,15 @@ def by_resignation(loser: chess.Color) -> Ended:
     return Ended(result="0-1" if loser else "1-0", reason=f"{'White' if loser else 'Black'} resigns")
 
 
+def by_time(board: chess.Board, loser: chess.Color) -> Ended:
+    """The time of ``loser`` is over (article 6.9): a draw if its opponent cannot mate by any moves."""
+    late = "White" if loser else "Black"
+    if board.has_insufficient_material(not loser):
+        other = "Black" if loser else "White"
+        return Ended(result="1/2-1/2", reason=f"{late}'s time is over, and {other} cannot mate")
+    return Ended(result="0-1" if loser else "1-0", reason=f"{late} forfeits on time")
+
+
 def by_agreement() -> Ended:
     """Both sides want a draw."""
     return Ended(result="1/2-1/2", reason="draw agreed")

@@ -5,7 +5,7 @@ player can take over any side at any ply.
 """
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,6 +20,8 @@ from kempelen.game.records import PlayerSpec
 
 DRAW_MARGIN = 20  # centipawns: an engine that sees no more than this for itself takes a draw
 DRAW_FROM_MOVE = 30  # no engine agrees to a draw before this move
+MOVES_TO_GO = 30  # for so many more an engine saves time on the clock
+LEAST_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +90,7 @@ class EnginePlayer:
         seconds: Time for a move; None: the engine's own.
         details: Whatever sets up the same engine again.
         resign_below: Centipawns, from the engine's side, at which it gives up; None: never.
+        time_left: Tells its time on the clock, s; None without a clock.
     """
 
     def __init__(
@@ -98,18 +101,28 @@ class EnginePlayer:
         seconds: float | None = None,
         details: Mapping[str, JsonValue] | None = None,
         resign_below: int | None = None,
+        time_left: Callable[[chess.Color], float | None] = lambda _: None,
     ) -> None:
         self._engine = engine
         self._seconds = seconds
+        self._time_left = time_left
         self._resign_below = resign_below
         self._last: Thinking | None = None
         self.spec = PlayerSpec(kind="engine", name=name or engine.name, details=dict(details or {}))
 
     async def propose(self, board: chess.Board, on_thinking: OnThinking) -> Proposal:
         """The engine's choice."""
-        choice = await self._engine.choose(board, seconds=self._seconds, on_thinking=on_thinking)
+        seconds = self._affordable(board.turn)
+        choice = await self._engine.choose(board, seconds=seconds, on_thinking=on_thinking)
         self._last = choice.thinking
         return Resign() if self._hopeless(choice.thinking) else Propose(choice.move)
+
+    def _affordable(self, colour: chess.Color) -> float | None:
+        """Time for a move, s: the usual one, or less where the clock would not last."""
+        left = self._time_left(colour)
+        if left is None or self._seconds is None:
+            return self._seconds
+        return max(min(self._seconds, left / MOVES_TO_GO), LEAST_S)
 
     async def answer_draw(self, board: chess.Board) -> bool:
         """Agreed in an endgame, or late middlegame, in which the engine sees nothing for itself."""

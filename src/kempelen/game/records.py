@@ -107,6 +107,13 @@ class TakeOverSpec(_Fact):
     pairing: PairingSpec
 
 
+class ClockSpec(_Fact):
+    """Time control: s for the game, and s for each move."""
+
+    seconds: float
+    increment: float = 0.0
+
+
 class Begun(_Fact):
     """A game begins.
 
@@ -114,6 +121,7 @@ class Begun(_Fact):
         headers: PGN tags known from the start.
         table: Digest of the table and its calibration.
         layout: Where every piece stands, spares included.
+        clock: None: the game is played without one.
     """
 
     kind: Literal["begun"] = "begun"
@@ -125,6 +133,7 @@ class Begun(_Fact):
     hands: Literal["robot", "person"] = "robot"
     table: str = ""
     layout: LayoutField
+    clock: ClockSpec | None = None
 
 
 class Reopened(_Fact):
@@ -257,6 +266,14 @@ class Resumed(_Fact):
     kind: Literal["resumed"] = "resumed"
 
 
+class Clocked(_Fact):
+    """What the chess clock shows, s."""
+
+    kind: Literal["clocked"] = "clocked"
+    white: float
+    black: float
+
+
 class ModeSwapped(_Fact):
     """Other players take over; everything played so far is kept."""
 
@@ -299,6 +316,7 @@ Record = (
     | TakebackAsked
     | Paused
     | Resumed
+    | Clocked
     | ModeSwapped
     | TableChanged
     | Ended

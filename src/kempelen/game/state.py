@@ -15,6 +15,7 @@ from kempelen.core.places import Layout, Transfer
 from kempelen.core.protocols import Checkpoint
 from kempelen.game.records import (
     Begun,
+    Clocked,
     Committed,
     Ended,
     HandEmpty,
@@ -90,6 +91,7 @@ class GameState:
         table: Digest of the table in use.
         touched: Whether any piece was ever meant to be moved.
         helps: Times that a person had to help the robot.
+        clock: White's and Black's time left, s, as far as it is known; None without a clock.
     """
 
     begun: Begun
@@ -109,6 +111,7 @@ class GameState:
     ended: Ended | None = None
     touched: bool = False
     helps: int = 0
+    clock: tuple[float, float] | None = None
 
     @classmethod
     def begin(cls, begun: Begun) -> Self:
@@ -129,6 +132,7 @@ class GameState:
             names=((begun.pairing.white.name,), (begun.pairing.black.name,)),
             take_over=begun.take_over,
             table=begun.table,
+            clock=(begun.clock.seconds, begun.clock.seconds) if begun.clock else None,
         )
 
     @property
@@ -265,6 +269,11 @@ def _(record: TakebackAsked, state: GameState) -> GameState:
 @_apply.register(Resumed)
 def _(record: Paused | Resumed, state: GameState) -> GameState:
     return replace(state, paused=isinstance(record, Paused))
+
+
+@_apply.register
+def _(record: Clocked, state: GameState) -> GameState:
+    return replace(state, clock=(record.white, record.black))
 
 
 @_apply.register

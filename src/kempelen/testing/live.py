@@ -16,6 +16,7 @@ from kempelen.app.audit import disagreements
 from kempelen.app.cast import GameRequest
 from kempelen.app.config import load_config
 from kempelen.app.live_game import LiveGame
+from kempelen.app.people import Question
 from kempelen.app.report import GameReport
 from kempelen.cli.narrate import sentence
 from kempelen.core.events import Event
@@ -29,7 +30,7 @@ CUE_S = 60.0
 """Longest wait for anything to happen, s, on a very busy machine."""
 
 
-async def nobody(question: str) -> str:
+async def nobody(question: Question) -> str:
     """The virtual person answers for itself; nobody sits at the terminal.
 
     Raises:

@@ -6,7 +6,7 @@ from typing import Any, cast
 import chess
 import pytest
 
-from kempelen.app.people import Answers, Helpful, Operator, VirtualPerson
+from kempelen.app.people import Answers, Helpful, Operator, Question, VirtualPerson
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.table import Table
 from kempelen.game.records import Helped, Record
@@ -24,8 +24,8 @@ class Asked:
         self.questions: list[str] = []
         self._answer = answer
 
-    async def __call__(self, question: str) -> str:
-        self.questions.append(question)
+    async def __call__(self, question: Question) -> str:
+        self.questions.append(str(question))
         return self._answer
 
 
@@ -37,9 +37,9 @@ async def test_the_operator_is_told_what_to_do() -> None:
     await operator.remove(ROOK, A8, "It is in the way.")
     await operator.put_right("Put the white queen back on a1.")
     assert asked.questions == [
-        "Move the black rook from a8 to left1; press Enter when it is done.",
-        "The trays hold no white queen. Stand a white queen on left1; press Enter when it is done.",
-        "It is in the way. Take the black rook off a8; press Enter when it is done.",
+        "Move the black rook from a8 to left1. Press Enter when it is done.",
+        "The trays hold no white queen. Stand a white queen on left1. Press Enter when it is done.",
+        "It is in the way. Take the black rook off a8. Press Enter when it is done.",
         "Put the white queen back on a1. Press Enter when it is done.",
     ]
 
@@ -144,9 +144,9 @@ async def test_answers_wait_for_a_line_and_for_nothing_else() -> None:
     said: list[str] = []
     answers = Answers(said.append)
     answers.answer("nobody asked")
-    asking = asyncio.ensure_future(answers.ask("Ready?"))
+    asking = asyncio.ensure_future(answers.ask(Question("Ready?", "yes_no")))
     await answers.wanted.wait()
-    assert (answers.waiting, answers.question, said) == (True, "Ready?", ["Ready?"])
+    assert (answers.waiting, answers.question, said) == (True, "Ready? (y/n)", ["Ready? (y/n)"])
     answers.answer("yes")
     answers.answer("no")  # too late
     assert await asking == "yes"
@@ -155,7 +155,7 @@ async def test_answers_wait_for_a_line_and_for_nothing_else() -> None:
 
 async def test_a_question_that_is_dropped_waits_no_more() -> None:
     answers = Answers(lambda _: None)
-    asking = asyncio.ensure_future(answers.ask("Ready?"))
+    asking = asyncio.ensure_future(answers.ask(Question("Ready?", "yes_no")))
     await answers.wanted.wait()
     asking.cancel()
     await asyncio.gather(asking, return_exceptions=True)

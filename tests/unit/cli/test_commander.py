@@ -12,7 +12,7 @@ import pytest
 
 from kempelen.app.cast import GameRequest
 from kempelen.app.live_game import LiveGame
-from kempelen.app.people import Answers
+from kempelen.app.people import Answers, Question
 from kempelen.cli.commands import HELP, Commander, LeaveError
 from kempelen.cli.plain import END_OF_INPUT
 from kempelen.core.errors import GameError, OperatorNeededError
@@ -154,12 +154,12 @@ async def test_modes_and_speeds(tmp_path: Path) -> None:
 async def test_a_question_takes_the_next_line_even_an_empty_one() -> None:
     desk = Desk()
     for line in ("", "pause"):
-        question = asyncio.ensure_future(desk.answers.ask("Is it there?"))
+        question = asyncio.ensure_future(desk.answers.ask(Question("Is it there?")))
         await desk.answers.wanted.wait()
         assert desk.commander.prompt() == "Your answer: "
         await desk.type(line)
         assert await question == line
-    assert desk.said == ["Is it there?"] * 2
+    assert desk.said == ["Is it there? Press Enter when it is done."] * 2
     assert desk.arbiter.orders == []
 
 
@@ -221,7 +221,7 @@ async def test_a_turn_that_was_over_at_once_takes_no_line_of_a_script() -> None:
 
 async def test_a_question_that_nobody_can_answer_ends_the_game() -> None:
     desk = Desk()
-    question = asyncio.ensure_future(desk.answers.ask("Is the king in the gripper? (y/n)"))
+    question = asyncio.ensure_future(desk.answers.ask(Question("Is the king in the gripper?", "yes_no")))
     with pytest.raises(OperatorNeededError, match="Is the king in the gripper"):
         await desk.commander.obey(typed([END_OF_INPUT]))
     question.cancel()

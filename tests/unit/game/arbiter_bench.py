@@ -9,10 +9,11 @@ import chess
 from kempelen.core import events
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.table import Table
-from kempelen.game.arbiter import Arbiter, ArbiterOptions
+from kempelen.game.arbiter import Arbiter
 from kempelen.game.journal import Journal
 from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.opening import new_game
+from kempelen.game.options import ArbiterOptions
 from kempelen.game.pgn import parse_game
 from kempelen.game.players import PersonPlayer
 from kempelen.game.verify import Fault

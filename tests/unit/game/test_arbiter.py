@@ -12,9 +12,10 @@ from kempelen.core.errors import ConfigError, EngineError, FitError, GameError, 
 from kempelen.core.places import Place
 from kempelen.core.protocols import OnThinking
 from kempelen.core.table import DEFAULT_TRAYS, Table, Tray
-from kempelen.game.arbiter import Arbiter, ArbiterOptions
+from kempelen.game.arbiter import Arbiter
 from kempelen.game.journal import Journal
 from kempelen.game.modes import Pairing
+from kempelen.game.options import ArbiterOptions
 from kempelen.game.players import Proposal, Propose
 from kempelen.testing.hands import FakeHand
 from kempelen.testing.players import ScriptedPlayer

@@ -10,10 +10,10 @@ from tests.unit.game.arbiter_bench import Bench, settle, watch
 
 from kempelen.core import events
 from kempelen.core.places import Place
-from kempelen.game.arbiter import ArbiterOptions
 from kempelen.game.board_person import BoardPerson
 from kempelen.game.journal import Journal
 from kempelen.game.modes import Pairing
+from kempelen.game.options import ArbiterOptions
 from kempelen.game.players import Propose, TakenBack
 from kempelen.testing.hands import Step
 from kempelen.testing.players import ScriptedPlayer

@@ -14,10 +14,11 @@ from hypothesis import HealthCheck, given, settings
 from kempelen.core.errors import StoppedError
 from kempelen.core.events import Event, GameOver, MoveCommitted
 from kempelen.core.table import Table
-from kempelen.game.arbiter import Arbiter, ArbiterOptions
+from kempelen.game.arbiter import Arbiter
 from kempelen.game.journal import GameLog, JournalReader
 from kempelen.game.modes import Mode, Pairing
 from kempelen.game.opening import new_game
+from kempelen.game.options import ArbiterOptions
 from kempelen.game.records import Begun, Intended, Purpose
 from kempelen.game.state import GameState
 from kempelen.testing.hands import FakeHand, FakePerson, FakeTable, Step
