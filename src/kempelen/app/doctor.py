@@ -47,23 +47,36 @@ async def examine(
     yield check_python(sys.version_info[:3])
     config, row = check_config(config_path, overrides)
     yield row
+    async for row in examine_machine(config):
+        yield row
+    for row in check_terminal(sys.stdout):
+        yield row
+
+
+async def examine_machine(config: Config, *, at_play: bool = False) -> AsyncIterator[Check]:
+    """What does not depend on how the program was called.
+
+    Args:
+        config: To be checked with.
+        at_play: Whether robot and camera are in use: they are left alone then.
+    """
     calibration, row = check_calibration(config)
     yield row
     yield check_table(config, calibration)
     yield check_space(config.data_dir)
     yield check_sync(config.data_dir)
-    yield await examine_port(config.robot.port)
+    if not at_play:
+        yield await examine_port(config.robot.port)
     for row in examine_serial_ports(list_ports()):
         yield row
     for row in check_engines(await probe(config.engine.path)):
         yield row
     yield await examine_physics()
     yield await examine_rendering()
-    yield await examine_camera(config)
+    if not at_play:
+        yield await examine_camera(config)
     if config.has_eyes:
         yield check_camera_pose(config)
-    for row in check_terminal(sys.stdout):
-        yield row
 
 
 def check_python(version: Sequence[int]) -> Check:
