@@ -1,0 +1,49 @@
+// Reads and the few posts that are no commands. Errors come as `HttpError` with words for people.
+import type { AnyCommand, Reply } from "./types";
+
+export class HttpError extends Error {
+  constructor(
+    readonly status: number,
+    message: string,
+    readonly hint = "",
+  ) {
+    super(message);
+  }
+}
+
+export async function get<T>(path: string, signal?: AbortSignal): Promise<T> {
+  return (await answer(await fetch(`/api/${path}`, signal ? { signal } : {}))).json() as Promise<T>;
+}
+
+export async function getText(path: string): Promise<string> {
+  return (await answer(await fetch(`/api/${path}`))).text();
+}
+
+export async function post<T>(path: string, body: unknown): Promise<T> {
+  const init = { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
+  return (await answer(await fetch(`/api/${path}`, init))).json() as Promise<T>;
+}
+
+export async function remove(path: string): Promise<void> {
+  await answer(await fetch(`/api/${path}`, { method: "DELETE" }));
+}
+
+export function postCommand(command: AnyCommand): Promise<Reply> {
+  return post<Reply>("commands", command);
+}
+
+async function answer(response: Response): Promise<Response> {
+  if (response.ok) return response;
+  const body: unknown = await response.json().catch(() => null);
+  throw new HttpError(response.status, said(body) || response.statusText || String(response.status), hint(body));
+}
+
+function said(body: unknown): string {
+  if (typeof body !== "object" || body === null) return "";
+  if ("error" in body && typeof body.error === "string") return body.error;
+  return "detail" in body && typeof body.detail === "string" ? body.detail : "";
+}
+
+function hint(body: unknown): string {
+  return typeof body === "object" && body !== null && "hint" in body && typeof body.hint === "string" ? body.hint : "";
+}

@@ -1,0 +1,54 @@
+// What this browser remembers. One key of localStorage; a browser without storage keeps it for the visit.
+import type { Locale } from "../i18n/locales";
+
+export interface Settings {
+  theme: "auto" | "light" | "dark";
+  locale: Locale | "";
+  /** Evaluation bar and the engine's line. */
+  thinking: boolean;
+  /** Whether the 3D view is open on the game page. */
+  scene: boolean;
+  /** Speak moves and prompts. */
+  speech: boolean;
+  /** Sounds are made by the board itself; this is for the page's own. */
+  coordinates: boolean;
+  /** Board seen from: the person's side, or one colour always. */
+  orientation: "auto" | "white" | "black";
+}
+
+const KEY = "kempelen.settings";
+const DEFAULTS: Settings = {
+  theme: "auto",
+  locale: "",
+  thinking: true,
+  scene: false,
+  speech: false,
+  coordinates: true,
+  orientation: "auto",
+};
+
+function load(): Settings {
+  try {
+    const kept: unknown = JSON.parse(localStorage.getItem(KEY) ?? "{}");
+    return { ...DEFAULTS, ...known(kept) };
+  } catch {
+    return { ...DEFAULTS };
+  }
+}
+
+/** Only what has the type it should: storage may hold anything. */
+function known(kept: unknown): Partial<Settings> {
+  if (typeof kept !== "object" || kept === null) return {};
+  const fits = ([name, value]: [string, unknown]) => name in DEFAULTS && typeof value === typeof DEFAULTS[name as keyof Settings];
+  return Object.fromEntries(Object.entries(kept).filter(fits));
+}
+
+export const settings: Settings = $state(load());
+
+export function keepSettings(): void {
+  try {
+    localStorage.setItem(KEY, JSON.stringify(settings));
+  } catch {
+    // Private windows refuse storage: the settings hold until the page is closed.
+  }
+}
