@@ -285,6 +285,7 @@ class SceneView(Model):
         hand: Where the virtual person's hand is; None when it is away.
         pieces: Only those that moved since the last one, in a delta; all of them in a snapshot.
         whole: Whether ``pieces`` holds all that there are: others are gone.
+        table: Identifies what stands still: when it is another one, GET /api/scene has other geometry.
     """
 
     tool: Point | None
@@ -292,6 +293,7 @@ class SceneView(Model):
     hand: Point | None
     pieces: tuple[PieceView, ...]
     whole: bool = True
+    table: str = ""
 
 
 class CalibrationView(Model):

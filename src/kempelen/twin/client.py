@@ -21,6 +21,9 @@ _END_S = 30.0
 class TwinControl:
     """A connection to a twin's control socket. Async context manager.
 
+    One request is answered after the other: who looks on while the virtual person works needs a connection of
+    its own (`beside`).
+
     Args:
         path: Of the socket.
     """
@@ -29,6 +32,10 @@ class TwinControl:
         self._path = path
         self._numbers = itertools.count(1)
         self._lock = asyncio.Lock()
+
+    def beside(self) -> "TwinControl":
+        """A further connection to the same twin, to be entered."""
+        return TwinControl(self._path)
 
     async def __aenter__(self) -> Self:
         """Connect.

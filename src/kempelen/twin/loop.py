@@ -218,6 +218,7 @@ class TwinLoop:
                 "y": p.y,
                 "z": p.z,
                 "tilt": p.tilt_rad,
+                "q": list(p.quaternion),
             }
             for p in self._world.pieces()
         ]
@@ -225,6 +226,8 @@ class TwinLoop:
             "pieces": pieces,
             "tool": list(self._world.tool_mm),
             "closed": self._gripper_closed(),
+            "hand": self._world.person.hand.tolist() if self._world.person.busy else None,
+            "resting": self._quiet(),
             **self._times(),
         }
 
