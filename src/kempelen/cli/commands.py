@@ -8,13 +8,13 @@ import chess
 
 from kempelen.app.cast import GameRequest
 from kempelen.app.live_game import LiveGame
+from kempelen.app.narrate import colour_name
 from kempelen.app.people import YES, Answers
-from kempelen.cli.narrate import colour_name
 from kempelen.cli.plain import END_OF_INPUT
 from kempelen.cli.showing import require_writable
 from kempelen.cli.telling import assignment, told
 from kempelen.core.errors import GameError, KempelenError, OperatorNeededError
-from kempelen.game.modes import Mode
+from kempelen.game.modes import Mode, speaker
 from kempelen.game.pgn import read_game
 
 HELP = (
@@ -94,15 +94,8 @@ class Commander:
         return f"{paused or '(help, pause, quit)'} > "
 
     def _colour(self) -> chess.Color:
-        """The side that the person at the terminal speaks for.
-
-        Raises:
-            GameError: no side is a person's.
-        """
-        people = self._game.arbiter.pairing.people
-        if not people:
-            raise GameError("You play neither side.", hint="Take the side to move with: mode play")
-        return people[0] if len(people) == 1 else self._game.arbiter.state.board.turn
+        arbiter = self._game.arbiter
+        return speaker(arbiter.pairing.people, arbiter.state.board.turn)
 
     async def obey(self, lines: AsyncIterator[str]) -> None:
         """Until the input ends.

@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator, Callable, Collection
 import chess
 from rich.console import Console
 
-from kempelen.cli.narrate import colour_name, sentence, thinking_text
+from kempelen.app.narrate import colour_name, sentence, thinking_text
 from kempelen.core import events
 
 END_OF_INPUT = "\x04"

@@ -10,8 +10,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from kempelen.app.narrate import colour_name, move_number, sentence, thinking_text
 from kempelen.cli.board import HEIGHT, WIDTH, Look, board_picture, piece_sign
-from kempelen.cli.narrate import colour_name, move_number, sentence, thinking_text
 from kempelen.cli.score import captured, move_log
 from kempelen.core import events
 from kempelen.core.pieces import piece_name

@@ -16,9 +16,9 @@ from kempelen.app.audit import disagreements
 from kempelen.app.cast import GameRequest
 from kempelen.app.config import load_config
 from kempelen.app.live_game import LiveGame
+from kempelen.app.narrate import sentence
 from kempelen.app.people import Question
 from kempelen.app.report import GameReport
-from kempelen.cli.narrate import sentence
 from kempelen.core.events import Event
 from kempelen.core.places import Place
 from kempelen.game.arbiter import Arbiter

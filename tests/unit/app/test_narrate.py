@@ -3,7 +3,7 @@
 import chess
 import pytest
 
-from kempelen.cli.narrate import sentence, thinking_text
+from kempelen.app.narrate import sentence, thinking_text
 from kempelen.core import events
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.protocols import Checkpoint, RobotState, Thinking
