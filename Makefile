@@ -1,8 +1,9 @@
 # Everything that is done with this tree. Needs Python 3.11 or newer, git and make; all else is set up in .venv.
 #
 #   make play     a game of chess against the engine on the twin
-#   make test     lint, types, layers, tests, coverage
+#   make test     lint, types, layers, the page's tests, tests, coverage
 #   make lint     the first three alone
+#   make page     the web page, where web/ has changed
 #   make bench    the measurements, as tables
 #   make soak     the long runs
 #   make docs     the documentation, in site/
@@ -16,10 +17,10 @@ BENCHES ?= motion twin
 GATED := core game motion robots
 LEAST_COVERAGE := 95
 
-SETUP := tools/setup.sh requirements/build.txt pyproject.toml
+SETUP := tools/setup.sh requirements/build.txt pyproject.toml hatch_build.py
 
 .DEFAULT_GOAL := help
-.PHONY: help setup play test lint bench soak docs lock clean
+.PHONY: help setup play page web-test test lint bench soak docs lock clean
 
 help:
 	@sed -n '2,/^$$/s/^# \{0,1\}//p' Makefile
@@ -35,10 +36,17 @@ $(VENV)/.run: $(SETUP) requirements/run.txt
 	@sh tools/setup.sh run
 	@touch $@
 
-play: $(VENV)/.run
+# Costs nothing while the page is as web/ has it: the script compares their contents.
+page: $(VENV)/.run
+	@$(BIN)/python hatch_build.py
+
+web-test: setup
+	@$(BIN)/python hatch_build.py check-types check test
+
+play: page
 	@$(BIN)/kempelen play $(ARGS)
 
-test: lint
+test: lint page web-test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --cov --cov-report= $(ARGS)
 	@for part in $(GATED); do \
 		echo "Lines of $$part covered (at least $(LEAST_COVERAGE) %):"; \
@@ -70,4 +78,4 @@ lock: setup
 	done
 
 clean:
-	rm -rf $(VENV) site build dist .coverage* .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) web/node_modules src/kempelen/server/page site build dist .coverage* .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

@@ -29,7 +29,7 @@ export default defineConfig({
     chunkSizeWarningLimit: 1000,
     rolldownOptions: {
       output: {
-        advancedChunks: { groups: [{ name: "three", test: /node_modules[\\/]three[\\/]/ }] },
+        codeSplitting: { groups: [{ name: "three", test: /node_modules[\\/]three[\\/]/ }] },
       },
     },
   },
