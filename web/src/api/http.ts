@@ -19,8 +19,20 @@ export async function getText(path: string): Promise<string> {
   return (await answer(await fetch(`/api/${path}`))).text();
 }
 
-export async function post<T>(path: string, body: unknown): Promise<T> {
-  const init = { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
+export async function getBlob(path: string, signal: AbortSignal): Promise<Blob> {
+  return (await answer(await fetch(`/api/${path}`, { signal }))).blob();
+}
+
+export function post<T>(path: string, body: unknown): Promise<T> {
+  return send<T>("POST", path, body);
+}
+
+export function put<T>(path: string, body: unknown): Promise<T> {
+  return send<T>("PUT", path, body);
+}
+
+async function send<T>(method: string, path: string, body: unknown): Promise<T> {
+  const init = { method, headers: { "content-type": "application/json" }, body: JSON.stringify(body) };
   return (await answer(await fetch(`/api/${path}`, init))).json() as Promise<T>;
 }
 
