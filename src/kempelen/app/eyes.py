@@ -77,6 +77,7 @@ class GameEyes:
         self._tell = tell
         self._stack = AsyncExitStack()
         self._eye: Eye | None = None
+        self._seen: Frames | None = None
         self._pieces = config.pieces.piece_set()
         self._control: TwinControl | None = None
         self._square = config.table.square
@@ -104,6 +105,16 @@ class GameEyes:
             raise ConfigError("The eyes are not open yet.", hint="Set up the table first.")
         return self._eye
 
+    @property
+    def ring(self) -> str:
+        """Where the camera's frames are, for others who look; empty while it is closed."""
+        return self._seen.ring if self._seen is not None else ""
+
+    @property
+    def on(self) -> bool:
+        """Whether they are played by."""
+        return self._eye is not None and self.verifier.looks
+
     async def open(self, session: TableSession) -> Self:
         """Start looking at a table.
 
@@ -115,7 +126,7 @@ class GameEyes:
         settings = EyeSettings(sensor.method, sensor.parameters, session.table.square)
         self._square = session.table.square
         try:
-            frames = await self._frames(session)
+            frames = self._seen = await self._frames(session)
             eye = Eye(frames, settings)
             eye.usual_side = self._sides.get(self._config.camera_source)
             self._eye = await self._stack.enter_async_context(eye)

@@ -39,6 +39,7 @@ class Question:
 
 Ask = Callable[[Question], Awaitable[str]]
 YES = frozenset({"y", "yes", "j", "ja", "a", "ano"})
+NO = frozenset({"n", "no", "nein", "ne"})
 
 
 class Operator:

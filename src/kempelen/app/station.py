@@ -1,40 +1,40 @@
 """The station: one table with its robot and, one after another, its games. No HTTP, no views.
 
-Any front end drives it: it calls the commands below, shows what the attributes say, and is told by
-`Station.listen` that something has changed, and by `Station.events` what happens in the game. Each command
-raises a `KempelenError` with a reason when the present state forbids it, and then has changed nothing.
-Commands never queue: while one takes its time (`Station.busy`), others that need the same table are refused.
-`Station.stop` is refused never, and waits for nothing.
+Any front end drives it: it calls the commands, shows what the attributes say, and is told by `Station.listen`
+that something has changed, and by `Station.events` what happens in the game. Each command raises a
+`KempelenError` with a reason when the present state forbids it, and then has changed nothing. Commands never
+queue: while one takes its time (`Station.busy`), others that need the same table are refused. `Station.stop`
+is never refused, and waits for nothing.
 """
 
-from collections.abc import Callable, Mapping
+import asyncio
+from contextlib import suppress
+from dataclasses import replace
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import chess
 
+from kempelen.app.calibrating import CalibrationDesk
 from kempelen.app.cast import EngineWish, GameRequest
 from kempelen.app.config import Config
-from kempelen.app.eyes import GameEyes
+from kempelen.app.config_change import changed
+from kempelen.app.game_run import GameRun
 from kempelen.app.live_game import LiveGame
+from kempelen.app.paths import newest_unfinished
+from kempelen.app.prompts import Prompts
 from kempelen.app.report import GameReport
-from kempelen.app.station_types import (
-    CalibrationState,
-    Change,
-    GameOptions,
-    Phase,
-    Prompt,
-    StationFault,
-)
-from kempelen.app.table_session import TableSession
-from kempelen.core.protocols import RobotState
+from kempelen.app.station_eyes import StationEyes
+from kempelen.app.station_types import CalibrationState, Change, GameOptions, Phase, Prompt
+from kempelen.core import events
+from kempelen.core.errors import GameError, JournalError, KempelenError
 from kempelen.game.clock import ClockReading
-from kempelen.game.observers import EventBus
+from kempelen.game.modes import speaker
 
-Listener = Callable[[Change], None]
+_ATTACH_S = 5.0
 
 
-class Station:
+class Station(StationEyes):
     """Async context manager; entering does nothing but make it usable: `connect` or `begin` come next.
 
     Args:
@@ -42,20 +42,13 @@ class Station:
 
     Attributes:
         events: What happens in the running game (`kempelen.core.events`), of one game after the other.
-        phase: What the station is doing.
         busy: What takes a while at the moment, in plain words; empty for nothing.
-        live: The game on the table: running, over, or cut off by an e-stop or an error (``phase`` tells); it
-            stays to be looked at until another one begins or it is left.
-        report: Of ``live``, once it is over.
     """
 
     def __init__(self, config: Config) -> None:
-        self._config = config
-        self.events = EventBus()
-        self.phase = Phase.OFF
-        self.busy = ""
-        self.live: LiveGame | None = None
-        self.report: GameReport | None = None
+        super().__init__(config)
+        self._prompts = Prompts(lambda: self.live, lambda: self._tell(Change.PROMPTS))
+        self._calibrating = CalibrationDesk(self, lambda: self._tell(Change.CALIBRATION))
 
     async def __aenter__(self) -> Self:
         """Usable from now on."""
@@ -65,209 +58,282 @@ class Station:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """As `aclose`."""
+        await self.aclose()
 
     async def aclose(self) -> None:
         """Robot at rest, game kept in the journal, port free, no process left."""
-        raise NotImplementedError
-
-    def listen(self, listener: Listener) -> Callable[[], None]:
-        """Call ``listener`` at once, in the loop, for whatever changes; it must be quick. Returns how to end."""
-        raise NotImplementedError
+        if self._inner is not None:
+            self._inner.cancel()
+        if self._work is not None:
+            await asyncio.gather(self._work, return_exceptions=True)
+        await self._put_away()
+        self.events.close()
 
     # --- what is ---
 
     @property
-    def config(self) -> Config:
-        """In force: that of the game, if there is one."""
-        raise NotImplementedError
-
-    @property
-    def session(self) -> TableSession | None:
-        """The table that is up, the game's or the station's own; None in phase ``off``."""
-        raise NotImplementedError
-
-    @property
-    def robot(self) -> RobotState:
-        """The robot's latest state."""
-        raise NotImplementedError
-
-    @property
-    def speed(self) -> float:
-        """The twin's time scale; 0 for as fast as it can."""
-        raise NotImplementedError
-
-    @property
-    def faults(self) -> tuple[StationFault, ...]:
-        """What is wrong, the gravest first."""
-        raise NotImplementedError
+    def report(self) -> GameReport | None:
+        """Of the game that is shown, once it is over."""
+        return self._run.report if self._run is not None else None
 
     @property
     def prompts(self) -> tuple[Prompt, ...]:
         """What a person is asked or told, the oldest first."""
-        raise NotImplementedError
+        return self._prompts.open
 
     @property
     def clock(self) -> ClockReading | None:
-        """Of the game; None when it has none."""
-        raise NotImplementedError
-
-    @property
-    def eyes(self) -> GameEyes | None:
-        """What looks at the board; None for nothing. ``eyes.eye`` is open while there is a session."""
-        raise NotImplementedError
-
-    @property
-    def recording(self) -> str:
-        """Name of the file that is being recorded to; empty for none."""
-        raise NotImplementedError
+        """Of the game that is shown; None when it has none."""
+        return self.live.arbiter.clock.read() if self.live is not None else None
 
     @property
     def calibration(self) -> CalibrationState:
         """The one in the making."""
-        raise NotImplementedError
+        return self._calibrating.state
 
     @property
     def unfinished(self) -> int | None:
         """Number of the newest game of the journal that can be gone on with; None when there is none."""
-        raise NotImplementedError
-
-    async def truth(self) -> Mapping[str, Any] | None:
-        """Twin: pieces, tool point, gripper and hand as they are; None without a twin, or when it is gone.
-
-        Has a connection of its own, so that it never waits for the virtual person. Units are mm; ``pieces``
-        have ``id``, ``kind`` (upper case), ``white``, ``x``, ``y``, ``z``, ``q`` (w, x, y, z), ``tilt``;
-        ``tool`` is a point; ``closed``; ``hand`` is a point, or None when it is away.
-        """
-        raise NotImplementedError
-
-    # --- table and robot ---
-
-    async def connect(self, kind: str, port: str) -> None:
-        """Connect a robot, or the same one again; a game that is shown is put away."""
-        raise NotImplementedError
-
-    async def disconnect(self) -> None:
-        """Let go of it."""
-        raise NotImplementedError
-
-    async def home(self) -> None:
-        """Find the reference switches; not while a game runs, which does it itself."""
-        raise NotImplementedError
-
-    async def recover(self) -> None:
-        """Clear an alarm or a stop."""
-        raise NotImplementedError
-
-    async def stop(self) -> None:
-        """E-stop: on the wire at once, whatever else is going on; a running game ends and can be resumed."""
-        raise NotImplementedError
-
-    async def jog(self, owner: str, direction: tuple[float, float, float], speed: float) -> None:
-        """Keep moving at ``speed`` mm/s, for ``owner`` alone; motion ends when the calls do."""
-        raise NotImplementedError
-
-    async def jog_stop(self, owner: str) -> None:
-        """End the jogging of ``owner``; of anybody else nothing is ended. Returns at rest."""
-        raise NotImplementedError
-
-    async def owner_left(self, owner: str) -> None:
-        """A client has gone: whatever it was jogging stops."""
-        raise NotImplementedError
-
-    async def set_speed(self, speed: float) -> None:
-        """Twin: time scale; 0 for as fast as it can."""
-        raise NotImplementedError
-
-    async def hand_carry(self, source: tuple[float, float], target: tuple[float, float]) -> None:
-        """Twin: the virtual hand carries the piece nearest to ``source``, legal or not; x, y, mm."""
-        raise NotImplementedError
+        with suppress(JournalError):
+            return newest_unfinished(self._config.data_dir)
+        return None
 
     # --- games ---
 
     async def begin(self, request: GameRequest, options: GameOptions | None = None) -> int:
-        """Begin a game; returns its number as soon as it is being played."""
-        raise NotImplementedError
+        """Begin a game; returns its number as soon as it is being played.
+
+        The station's own table is put away for it; on the twin another one is set up.
+
+        Raises:
+            GameError: a game is being played.
+            KempelenError: whatever is missing or does not fit.
+        """
+        self._require_no_game()
+        options = options or GameOptions()
+        config = changed(
+            self._config,
+            {
+                "engine.path": options.engine,
+                "engine.level": options.level,
+                "engine.move_time": options.move_time,
+                "play.hands": options.hands,
+            },
+        )
+        request = replace(request, clock=options.clock or request.clock)
+        return await self._start(config, request)
 
     async def resume_game(self, game: int | None = None, wish: EngineWish | None = None) -> int:
-        """Go on with a game of the journal; None: the newest unfinished one. Returns its number."""
-        raise NotImplementedError
+        """Go on with a game of the journal; also after an e-stop or an error.
+
+        Args:
+            game: Its number; None: the one that was cut off just now, or the newest unfinished one.
+            wish: Other engines for it.
+
+        Returns:
+            Its number.
+
+        Raises:
+            GameError: a game is being played.
+            JournalError: there is no such game, or it is over.
+            KempelenError: whatever is missing or does not fit.
+        """
+        self._require_no_game()
+        if game is None and self._run is not None and self._run.error is not None:
+            game = self._run.live.arbiter.game
+        number = newest_unfinished(self._config.data_dir) if game is None else game
+        return await self._start(self._config, number, wish)
+
+    async def _start(self, config: Config, request: GameRequest | int, wish: EngineWish | None = None) -> int:
+        live = LiveGame(config, request, self._prompts.ask, wish)
+        return await self._do("Setting up the game …", lambda: self._begin(live), Phase.STARTING)
+
+    async def _begin(self, live: LiveGame) -> int:
+        had_table = self.session is not None
+        await self._put_away()
+        try:
+            await self._interruptible(live.__aenter__(), "Setting up the game")
+        except KempelenError:
+            if had_table:
+                with suppress(KempelenError):  # it stays as a fault
+                    await self._set_up()
+            raise
+        live.arbiter.events.listen(self._hear)
+        live.cast.person.changed = lambda: self._tell(Change.GAME)
+        self._run = GameRun(live, self._after_game)
+        self._attend(live.session.robot)
+        return live.arbiter.game
 
     async def leave_game(self) -> None:
-        """Robot at rest, game kept; the station has its own table again."""
-        raise NotImplementedError
+        """Robot at rest, game kept unless it is over; the station has its own table again.
+
+        Raises:
+            GameError: there is none.
+            KempelenError: the game was left, but the table cannot be set up again.
+        """
+        if self._run is None:
+            raise GameError("There is no game to leave.")
+        await self._do("Leaving the game …", self._leave, Phase.LEAVING)
+
+    async def _leave(self) -> None:
+        await self._put_away()
+        await self._set_up()
+
+    async def _before_putting_away(self) -> None:
+        await super()._before_putting_away()
+        self._calibrating.forget()
+        self._prompts.clear()
+
+    def _hear(self, event: events.Event) -> None:
+        """What the game tells: first to the prompts, then to everybody, then that something has changed."""
+        self._prompts.hear(event)
+        self.events.emit(event)
+        match event:
+            case events.EngineThinking():
+                pass
+            case events.RobotChanged():
+                self._tell(Change.ROBOT)
+            case events.SensorChanged() | events.HandOverBoard():
+                self._tell(Change.EYES)
+            case _:
+                self._tell(Change.GAME)
+
+    def _after_game(self) -> None:
+        """It is over, or was cut off."""
+        self._prompts.clear()
+        self._calibrating.forget()
+        self._tell(Change.STATION, Change.GAME)
+
+    # --- commands to the running game ---
+
+    def _game(self) -> LiveGame:
+        game = self.playing
+        if game is None:
+            raise GameError("No game is being played.", hint="Begin one, or resume one.")
+        return game
+
+    def _side(self) -> chess.Color:
+        arbiter = self._game().arbiter
+        return speaker(arbiter.pairing.people, arbiter.state.board.turn)
 
     async def pause(self) -> None:
         """Stop at once, also with a piece in the gripper; returns at rest."""
-        raise NotImplementedError
+        await self._game().arbiter.pause()
 
     async def resume(self) -> None:
-        """Go on."""
-        raise NotImplementedError
+        """Go on.
+
+        Raises:
+            GameError: no game is being played, or the board is being measured.
+        """
+        if self.calibration.active:
+            raise GameError("The board is being measured.", hint="Apply or cancel the calibration.")
+        game = self._game()
+        await self._jogs.stop_all()
+        await game.arbiter.resume()
 
     async def finish(self) -> None:
         """While paused: complete the move in hand."""
-        raise NotImplementedError
+        await self._jogs.stop_all()
+        await self._game().arbiter.finish_move()
 
     async def takeback(self, plies: int | None = None) -> None:
-        """Undo half-moves on the table; None: to where a person was last to move."""
-        raise NotImplementedError
+        """Undo half-moves on the table; returns when they are undone, in a pause not before it is over.
+
+        Args:
+            plies: How many; None: to where a person was last to move.
+        """
+        await self._game().arbiter.takeback(plies)
 
     async def resign(self) -> None:
         """The person's side gives up; in a game of two persons the side to move."""
-        raise NotImplementedError
+        await self._game().arbiter.resign(self._side())
 
     async def offer_draw(self) -> bool:
         """The person's side offers a draw; whether it was agreed."""
-        raise NotImplementedError
+        return await self._game().arbiter.offer_draw(self._side())
 
     async def swap_mode(self, request: GameRequest) -> None:
-        """Other players take over."""
-        raise NotImplementedError
+        """Other players take over; everything played so far is kept. See `LiveGame.swap_mode`."""
+        await self._game().swap_mode(request)
 
     async def move(self, text: str, ply: int | None = None) -> chess.Move:
-        """A move of the person, in any notation; ``ply``: half-moves played when it was chosen."""
-        raise NotImplementedError
+        """A move of the person; on the twin with a camera the virtual hand makes it on the board.
+
+        Args:
+            text: In any notation.
+            ply: Half-moves played when it was chosen.
+
+        Raises:
+            GameError: no game is being played, it is not a person's turn, or the game has gone on since.
+            NotationError: the move cannot be read, or is illegal.
+        """
+        game = self._game()
+        played, person = game.arbiter.state.plies, game.cast.person
+        if ply is not None and ply != played:
+            raise GameError(
+                f"This move was chosen after {ply} half-moves, and {played} have been played.",
+                hint="Look at the board and choose again.",
+            )
+        if not person.to_move:
+            raise GameError("It is not your turn.", hint="Wait until the other side has moved.")
+        return person.submit(text)
 
     async def answer(self, prompt: str, text: str) -> None:
-        """Answer a prompt: anything (``do``), yes or no (``yes_no``, ``draw``), a move (``which_move``)."""
-        raise NotImplementedError
+        """Answer a prompt: anything (``do``), yes or no (``yes_no``, ``draw``), a move (``which_move``).
 
-    # --- eyes ---
-
-    async def bumped(self) -> str:
-        """Measure the board again by camera, in mid-game; what came of it, in a sentence."""
-        raise NotImplementedError
-
-    async def set_eyes(self, *, on: bool) -> None:
-        """Play by the camera or without; outside of a game: open or close the eyes."""
-        raise NotImplementedError
-
-    async def set_eye_parameter(self, name: str, value: float | None) -> None:
-        """Override a parameter of the reader; None gives it back."""
-        raise NotImplementedError
-
-    async def record(self, *, on: bool) -> str:
-        """Begin or end recording what the camera sees; the file's name."""
-        raise NotImplementedError
+        Raises:
+            GameError: it is not open any more, needs no answer, or this is none.
+            NotationError: the move cannot be read, or is illegal.
+        """
+        self._prompts.answer(prompt, text)
 
     # --- calibration ---
 
+    async def bumped(self) -> str:
+        """Measure the board again by camera, in mid-game; what came of it, in a sentence."""
+        return await self._game().board_was_bumped()
+
     async def calibration_begin(self) -> None:
-        """Measure the board anew; a running game is paused and its move finished first."""
-        raise NotImplementedError
+        """Measure the board anew; a running game is paused, and its move finished first.
+
+        The hand rises and closes; from then on jogging is allowed.
+
+        Raises:
+            GameError: one is being made already.
+            NotHomedError: home the robot first.
+            KempelenError: the move in hand could not be finished.
+        """
+        await self._do("Getting ready to measure the board …", self._calibrating.begin)
 
     async def calibration_touch(self, corner: str) -> None:
-        """The closed fingertips are at this outer corner now."""
-        raise NotImplementedError
+        """The closed fingertips are at this outer corner now: a1, h1, h8 or a8.
+
+        Raises:
+            GameError: no calibration is being made.
+            RobotError: the robot is not at rest, or does not know where it is.
+        """
+        self._calibrating.touch(corner)
 
     async def calibration_by_camera(self) -> None:
-        """Find the board by the camera whose place over the robot is known."""
-        raise NotImplementedError
+        """Find the board by the camera whose place over the robot is known; the hand goes aside first."""
+        await self._jogs.stop_all()
+        await self._do("Looking for the board …", self._calibrating.by_camera)
 
     async def calibration_apply(self, square: float | None = None) -> None:
-        """Keep it, and use it from now on; the hand rises and parks."""
-        raise NotImplementedError
+        """Keep it, and use it from now on; the hand rises and parks, and a game that was paused goes on.
+
+        Args:
+            square: Side of a square, mm, where it is known.
+
+        Raises:
+            CalibrationError: it cannot be those of a board.
+            FitError: on that board something does not fit.
+        """
+        await self._jogs.stop_all()
+        await self._do("Keeping the calibration …", lambda: self._calibrating.apply(square))
 
     async def calibration_cancel(self) -> None:
-        """Keep the one before; the hand rises and parks."""
-        raise NotImplementedError
+        """Keep the one before; the hand rises and parks, and a game that was paused goes on."""
+        await self._jogs.stop_all()
+        await self._do("Parking …", self._calibrating.cancel)

@@ -10,12 +10,11 @@ from rich.table import Table
 
 from kempelen.app.calibration_file import load_calibration, save_calibration
 from kempelen.app.config import Config
+from kempelen.app.jogging import Point, fingertips
 from kempelen.cli.pad import JogPad, homed_robot, need_terminal
 from kempelen.core.calibration import CORNERS, Calibration, calibrate
 from kempelen.core.errors import CalibrationError
 from kempelen.core.fit import require_fit
-
-Point = tuple[float, float, float]
 
 
 def _corner(text: str) -> tuple[str, Point]:
@@ -49,7 +48,7 @@ def measure(config: Config, given: list[str], count: int, square: float | None) 
 
 
 async def _touch(config: Config, names: list[str]) -> dict[str, Point]:
-    """The corners as touched; the fingertips are ``below_tool`` lower than the tool point."""
+    """The corners as touched."""
     points: dict[str, Point] = {}
     async with homed_robot(config) as robot:
         for name in names:
@@ -58,8 +57,7 @@ async def _touch(config: Config, names: list[str]) -> dict[str, Point]:
                 raise CalibrationError(
                     f"Left before {name} was touched; the calibration is as it was.", hint="Start again."
                 )
-            x, y, z = robot.state.reported_position or (0.0, 0.0, 0.0)
-            points[name] = (x, y, z - config.gripper.below_tool)
+            points[name] = fingertips(robot, config.gripper)
     return points
 
 

@@ -2,12 +2,9 @@
 
 import asyncio
 import sys
-import tempfile
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
-from pathlib import Path
 
-import chess
 import numpy as np
 import typer
 from prompt_toolkit.application import Application
@@ -17,13 +14,12 @@ from prompt_toolkit.layout import Layout, Window
 from prompt_toolkit.layout.controls import FormattedTextControl
 
 from kempelen.app.config import Config
-from kempelen.app.table_session import TableSession
+from kempelen.app.idle_table import IdleTable
+from kempelen.app.jogging import Point
 from kempelen.core.errors import ConfigError, KempelenError
 from kempelen.core.protocols import Follow, Robot
-from kempelen.core.table import start_layout
 
 Direction = tuple[float, float, float]
-Point = tuple[float, float, float]
 
 KEYS: Mapping[str, Direction] = {
     "left": (-1, 0, 0), "right": (1, 0, 0), "down": (0, -1, 0), "up": (0, 1, 0), "pagedown": (0, 0, -1),
@@ -105,15 +101,10 @@ class JogPad:
 @asynccontextmanager
 async def homed_robot(config: Config) -> AsyncIterator[Robot]:
     """The configured robot, connected and homed; on the twin a table of its own."""
-    table = config.build_table()
-    with tempfile.TemporaryDirectory(prefix="kempelen-") as folder:
-        session = TableSession(
-            config, table, start_layout(table, chess.Board()), state=Path(folder) / "table.json", resume=False
-        )
-        async with session:
-            typer.echo("Homing …")
-            await session.robot.home()
-            yield session.robot
+    async with IdleTable(config) as table:
+        typer.echo("Homing …")
+        await table.session.robot.home()
+        yield table.session.robot
 
 
 def need_terminal(instead: str) -> None:

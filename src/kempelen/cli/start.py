@@ -8,12 +8,11 @@ import chess
 
 from kempelen.app.cast import EngineWish, GameRequest
 from kempelen.app.config import Config, load_config
-from kempelen.app.paths import journal_path
+from kempelen.app.paths import newest_unfinished
 from kempelen.cli.run import run_game
 from kempelen.cli.showing import Showing, require_directory
 from kempelen.core.errors import ConfigError
 from kempelen.game.fen import parse_fen
-from kempelen.game.journal import JournalReader
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import GameScore, read_game
 
@@ -108,6 +107,5 @@ def _require_move(score: GameScore, number: int) -> None:
 def resume(settings: Config, number: int | None, showing: Showing, wish: EngineWish) -> None:
     """A game of the journal; the newest unfinished one when ``number`` is None."""
     if number is None:
-        with JournalReader(journal_path(settings.data_dir)) as journal:
-            number = journal.latest(unfinished=True)
+        number = newest_unfinished(settings.data_dir)
     run_game(settings, number, showing, wish)

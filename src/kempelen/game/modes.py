@@ -1,13 +1,13 @@
 """Modes: who plays whom. Each is a pairing of players; the arbiter treats all alike."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Self
 
 import chess
 
-from kempelen.core.errors import ConfigError
+from kempelen.core.errors import ConfigError, GameError
 from kempelen.game.pgn import GameScore
 from kempelen.game.players import Player, ReplayPlayer
 from kempelen.game.records import PairingSpec, TakeOverSpec
@@ -64,6 +64,17 @@ class Pairing:
     def people(self) -> tuple[chess.Color, ...]:
         """The sides that persons play."""
         return tuple(colour for colour in chess.COLORS if self[colour].spec.kind == "person")
+
+
+def speaker(people: Sequence[chess.Color], turn: chess.Color) -> chess.Color:
+    """The side that the person at hand speaks for: its own, or in a game of two persons the one to move.
+
+    Raises:
+        GameError: no side is a person's.
+    """
+    if not people:
+        raise GameError("You play neither side.", hint="Take the side to move with: mode play")
+    return people[0] if len(people) == 1 else turn
 
 
 @dataclass(frozen=True)

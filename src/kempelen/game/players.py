@@ -195,6 +195,7 @@ class PersonPlayer:
 
     Attributes:
         wanted: Set while a move or an answer is waited for.
+        changed: Called whenever something is waited for, or no more.
     """
 
     def __init__(self, name: str = "Person") -> None:
@@ -203,6 +204,7 @@ class PersonPlayer:
         self._moves: asyncio.Queue[chess.Move] = asyncio.Queue(maxsize=1)
         self._draw: asyncio.Future[bool] | None = None
         self.wanted = asyncio.Event()
+        self.changed: Callable[[], None] = lambda: None
 
     @property
     def to_move(self) -> bool:
@@ -268,3 +270,4 @@ class PersonPlayer:
             self.wanted.set()
         else:
             self.wanted.clear()
+        self.changed()
