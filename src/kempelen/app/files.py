@@ -5,10 +5,11 @@ from contextlib import suppress
 from pathlib import Path
 
 
-def replace_file(path: Path, text: str) -> None:
+def replace_file(path: Path, text: str, *, private: bool = False) -> None:
     """Write ``text`` (UTF-8) so that at every instant the old or the new file is there, whole.
 
     Missing directories are made. A link keeps pointing where it does; a device or a pipe is written to.
+    A private one can be read by its owner alone, from its first byte on.
 
     Raises:
         OSError: it cannot be written; the old file is as it was.
@@ -20,7 +21,7 @@ def replace_file(path: Path, text: str) -> None:
         return
     beside = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
-        with beside.open("w", encoding="utf-8") as file:
+        with open(beside, "w", encoding="utf-8", opener=_private if private else None) as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
@@ -30,6 +31,10 @@ def replace_file(path: Path, text: str) -> None:
             beside.unlink()
         raise
     _sync_directory(path.parent)
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
 
 
 def _sync_directory(directory: Path) -> None:

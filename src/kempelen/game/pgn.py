@@ -143,15 +143,20 @@ def list_games(path: str | os.PathLike[str], *, limits: PgnLimits = DEFAULT_LIMI
     """
     where = os.fspath(path)
     with _opened(where) as stream:
-        index = 0
-        for game in raw_games(stream, where=where, wanted=lambda _: False, limits=limits):
-            index = game.index
-            if index > limits.games:
-                raise NotationError(f"{where} has more than {limits.games} games.", hint="Split the file.")
-            headers, _, _ = _headers(_decoded(game.lines))
-            yield GameHeading(index, game.line, headers)
-        if index == 0:
-            raise _empty(where)
+        yield from headings(stream, where, limits=limits)
+
+
+def headings(stream: BinaryIO, where: str, *, limits: PgnLimits = DEFAULT_LIMITS) -> Iterator[GameHeading]:
+    """As `list_games`, of what is open already; ``where`` names it in messages."""
+    index = 0
+    for game in raw_games(stream, where=where, wanted=lambda _: False, limits=limits):
+        index = game.index
+        if index > limits.games:
+            raise NotationError(f"{where} has more than {limits.games} games.", hint="Split the file.")
+        headers, _, _ = _headers(_decoded(game.lines))
+        yield GameHeading(index, game.line, headers)
+    if index == 0:
+        raise _empty(where)
 
 
 @contextmanager

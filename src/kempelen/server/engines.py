@@ -1,0 +1,50 @@
+"""Which engines clients may choose: those found here, and the configured one.
+
+An engine is a program that the server starts, so that a free choice would let whoever operates the robot from
+afar run any program on its computer.
+"""
+
+from kempelen.app.config import Config
+from kempelen.core.errors import ConfigError
+from kempelen.engines.find import Shelf
+from kempelen.server.topics import Model
+
+_STOCKFISH = "stockfish"
+
+
+class EngineView(Model):
+    """An engine to choose.
+
+    Attributes:
+        engine: Value of ``engine`` or ``opponent`` in a command; empty for the configured one.
+        name: For people.
+        levels: Whether its strength can be set from 1 to 20 or by Elo; a Maia has its own.
+    """
+
+    engine: str
+    name: str
+    levels: bool = True
+
+
+def offered(config: Config) -> tuple[EngineView, ...]:
+    """All that can be chosen, the usual one first."""
+    usual = config.engine.path.rpartition("/")[2] or "The best at hand"
+    maias = (
+        EngineView(engine=f"maia-{elo}", name=f"Maia {elo}", levels=False) for elo in Shelf.here().maia_elos
+    )
+    return EngineView(engine="", name=usual), EngineView(engine=_STOCKFISH, name="Stockfish"), *maias
+
+
+def require_offered(config: Config, *wanted: str) -> None:
+    """Refuse any other.
+
+    Raises:
+        ConfigError: it is none of these.
+    """
+    known = {view.engine for view in offered(config)}
+    for engine in wanted:
+        if engine not in known:
+            raise ConfigError(
+                f"The engine '{engine[:60]}' is not offered here.",
+                hint="Choose one of the list, or start the server with another one: --engine PATH",
+            )
