@@ -38,6 +38,7 @@ class CameraReader:
         self._reader: MoveReader | None = None
         self._said = ""
         self._learning = self._reading = False
+        self._glanced: Observation | None = None
         self.looks = 0
         self.on = True
         self.candidates: tuple[chess.Move, ...] = ()
@@ -58,10 +59,14 @@ class CameraReader:
         self._learning = False
 
     def glance(self, seen: Observation) -> None:
-        """An observation outside of a person's turn: what is looked at for longer is known better."""
+        """An observation that no turn's reading takes in: what is looked at for longer is known better.
+
+        A turn reads frames taken after it began; those before them are as good to learn from.
+        """
         self.looks += seen.valid
         if self._reader is not None and self._learning and not self._reading:
             self._reader.update(seen)
+            self._glanced = seen
 
     def switch(self, *, on: bool) -> None:
         """Go on without reading, or read again."""
@@ -72,10 +77,10 @@ class CameraReader:
     async def read(self, board: chess.Board) -> Propose | TakenBack:
         """Wait until a move was made on the board, or moves were taken back."""
         self._begin(board)
-        self._reading = True
         try:
             async for seen in self._sensor().observe():
-                if self.on and self._reader is not None:
+                self._reading = True
+                if self.on and self._reader is not None and seen is not self._glanced:
                     found = self._weigh(self._reader.update(seen), board)
                     if found is not None:
                         return found

@@ -10,6 +10,7 @@ from kempelen.app.board_reader import CameraReader
 from kempelen.core import events
 from kempelen.core.senses import Observation
 from kempelen.game.players import Propose, TakenBack
+from kempelen.sensing.moves.parameters import MoveParameters
 from kempelen.testing.eyes import ScriptedSensor
 from kempelen.testing.observations import Sensor, with_changes
 
@@ -113,3 +114,23 @@ async def test_while_the_robot_moves_nothing_is_learned(room: Room) -> None:
         room.reader.glance(seen)
     assert room.reader.look is not None
     assert np.array_equal(room.reader.look, known)
+
+
+async def test_until_a_turn_has_looks_of_its_own_the_others_are_learned_from(room: Room) -> None:
+    """A turn reads frames taken after it began; the first comes a moment later."""
+    board = chess.Board()
+    room.reader.stands(board)
+    reading = asyncio.ensure_future(room.reader.read(board))
+    for seen in room.sensor.watch(board, 0.5):
+        await asyncio.sleep(0)
+        room.reader.glance(seen)
+    assert room.reader.look is not None
+    known = room.reader.look.copy()
+    assert known[chess.E2].max() > 1 - MoveParameters().misread / 4
+    room.shown.show(seen)
+    for _ in range(20):
+        await asyncio.sleep(0)
+        room.reader.glance(room.sensor.see(board))
+    assert np.array_equal(room.reader.look, known)
+    room.shown.show(*room.sensor.hand(), *room.sensor.watch(after("Nf3"), 3))
+    assert await asyncio.wait_for(reading, 20) == Propose(chess.Move.from_uci("g1f3"), made=True)

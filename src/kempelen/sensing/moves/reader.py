@@ -92,6 +92,7 @@ class MoveReader:
         self._touched = False  # whether hands may have been over the board since the position was confirmed
         self._best: Hypothesis | None = None
         self._best_since, self._best_frames = 0.0, 0
+        self._unlearned = 0  # of these frames, those that no lesson has counted
 
     @property
     def board(self) -> chess.Board:
@@ -115,12 +116,13 @@ class MoveReader:
         seen_already = None if self._best is None else self._hypotheses.after(self._best)
         self._hypotheses = Hypotheses(board)
         self._standing.confirm(self._hypotheses.states)
-        self._touched, self._best = False, None
-        windows = self._best_frames / self.parameters.frames
+        stands = seen_already is not None and np.array_equal(seen_already, self._hypotheses.states)
+        self._touched, self._best = False, self._hypotheses.all[0] if stands else None
         if as_seen and self._window.full:
             self._standing.learn(self._window.log_likelihood, self.parameters.memory)
-        elif seen_already is not None and np.array_equal(seen_already, self._hypotheses.states):
-            self._learn(self._believe(), windows)
+            self._unlearned = 0
+        elif stands:
+            self._learn(self._believe())
 
     def update(self, observation: Observation) -> Verdict:
         """Take in one observation and say what can be said."""
@@ -131,7 +133,7 @@ class MoveReader:
         self._note_kinds(observation)
         belief = self._believe()
         self._note_best(belief, observation.time)
-        self._learn(belief, 1 / self.parameters.frames)
+        self._learn(belief)
         return self._verdict(belief, observation.time)
 
     def _note_time(self, time: float) -> None:
@@ -197,13 +199,19 @@ class MoveReader:
         best = self._hypotheses.all[belief.best]
         if best is not self._best:
             self._best, self._best_since, self._best_frames = best, time, 0
+            self._unlearned = 0
         self._best_frames += 1
+        self._unlearned += 1
 
-    def _learn(self, belief: Belief, windows: float) -> None:
-        """How the standing position looks, as far as it is believed to stand."""
-        if not self._window.full or belief.best or belief.stray > 0:
+    def _learn(self, belief: Belief) -> None:
+        """How the standing position looks, as far as it is believed to stand; each frame counts once.
+
+        Those that fill the window count when it is full; those that show a move, when that is confirmed.
+        """
+        if not self._window.full or belief.best:
             return
-        if self._touched and belief.margin < self.parameters.threshold:
+        windows, self._unlearned = self._unlearned / self.parameters.frames, 0
+        if belief.stray > 0 or (self._touched and belief.margin < self.parameters.threshold):
             return  # a piece may be in the hand: that must not become how its square looks
         standing = float(np.exp(belief.log_posterior[0]))
         self._standing.learn(self._window.log_likelihood, windows * standing)

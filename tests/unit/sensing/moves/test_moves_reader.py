@@ -1,6 +1,7 @@
 """What happens at the table, told as scenes."""
 
 import chess
+import numpy as np
 import pytest
 
 from kempelen.core.senses import Sight
@@ -47,6 +48,29 @@ def test_a_quiet_move_is_named_once_it_is_steady() -> None:
     scene = Scene().hand()
     assert isinstance(scene.after("e4", seconds=0.2), Settling)
     assert moves(scene.after("e4")) == ["e2e4"]
+
+
+def test_a_person_who_moves_as_soon_as_the_board_was_seen_is_not_asked() -> None:
+    """The looks that fill the first window are learned from, too; with fewer, a move is not yet told."""
+    scene = Scene("rnbqk1nr/pppp1ppp/8/2b1p3/2B1P3/5N2/PPPP1PPP/RNBQK2R w KQkq - 0 1", seconds=0)
+    scene.feed(scene.sensor.see(scene.board) for _ in range(MoveParameters().frames))
+    scene.hand()
+    assert moves(scene.after("Bxf7+")) == ["c4f7"]
+
+
+def test_no_frame_is_learned_from_twice() -> None:
+    scene = Scene("e4 e5", seconds=1)
+    known = scene.reader.expected_look
+    scene.reader.confirm(scene.board)
+    assert np.array_equal(scene.reader.expected_look, known)
+
+
+def test_how_a_moved_piece_looks_is_learned_when_its_move_is_confirmed() -> None:
+    scene = Scene().hand()
+    scene.after("e4")
+    scene.confirm("e4")
+    known = scene.reader.expected_look[[chess.E2, chess.E4]]
+    assert known.max(axis=1) == pytest.approx(1, abs=MoveParameters().misread / 4)
 
 
 def test_a_move_is_reported_until_it_is_confirmed() -> None:
