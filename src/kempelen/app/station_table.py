@@ -242,6 +242,21 @@ class StationTable:
         self._config = config
         await self._set_up()
 
+    async def change_table(self, config: Config) -> None:
+        """Another table from now on: trays, pieces, squares; a robot that is connected is connected anew.
+
+        Raises:
+            GameError: a game is being played.
+            KempelenError: it cannot be connected again.
+        """
+        self._require_no_game()
+        if self.session is not None:
+            await self._do("Setting up the table …", lambda: self._connect(config), Phase.CONNECTING)
+            return
+        self._require_free()
+        self._config = config
+        self._tell(Change.STATION)
+
     async def disconnect(self) -> None:
         """Let go of the robot.
 

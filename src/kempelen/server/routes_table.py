@@ -29,9 +29,9 @@ async def fit(form: TableForm, station: StationDep, _: OperatorDep) -> FitView:
 async def save(form: TableForm, station: StationDep, _: OperatorDep) -> TableView:
     """Keep an edited form, and use it from now on."""
     if refusal := _refusal(station):
-        raise GameError(refusal, hint="Leave the game, then save the table.")
+        raise GameError(refusal, hint="Leave the game or wait, then save the table.")
     built(form.applied(station.config))  # what cannot be built is not kept
-    await station.change_config(save_form(form, station.config))
+    await station.change_table(save_form(form, station.config))
     return _view(station)
 
 
@@ -50,6 +50,8 @@ def _view(station: Station) -> TableView:
 
 
 def _refusal(station: Station) -> str:
+    if station.busy:
+        return f"Not now: {station.busy}"
     if station.phase in {Phase.OFF, Phase.READY}:
         return ""
     return "A game is being played on this table, and its pieces stand in these trays."
