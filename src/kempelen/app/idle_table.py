@@ -14,12 +14,16 @@ from kempelen.app.eyes import GameEyes
 from kempelen.app.table_session import TableSession, calibrated_table
 from kempelen.core import events
 from kempelen.core.errors import CalibrationError, FitError, KempelenError
+from kempelen.core.protocols import RobotPhase
 from kempelen.core.table import start_layout
 
 
 def _nobody(event: events.Event) -> None:
     """Nobody wants to know."""
     del event
+
+
+AT_WORK = frozenset({RobotPhase.MOVING, RobotPhase.HOMING, RobotPhase.JOGGING, RobotPhase.HOLDING})
 
 
 class IdleTable:
@@ -76,6 +80,7 @@ class IdleTable:
             eyes = GameEyes(self._config, self._tell)
             self.eyes = await self._stack.enter_async_context(await eyes.open(session))
             self.eyes.expect(layout)
+            self.eyes.busy = lambda: session.robot.state.phase in AT_WORK
 
     async def __aexit__(self, *exc: object) -> None:
         """Robot at rest, port free, twin ended."""

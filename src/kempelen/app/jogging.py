@@ -8,9 +8,14 @@ Point = tuple[float, float, float]
 
 
 class JogDesk:
-    """Remembers who drives: another one is refused until the motion has ended, and only its owner ends it."""
+    """Remembers who drives: another one is refused until the motion has ended, and only its owner ends it.
+
+    Attributes:
+        strayed: Whether the hand may be anywhere, low between the pieces too; for whoever brings it up again.
+    """
 
     def __init__(self) -> None:
+        self.strayed = False
         self._owner = ""
         self._robot: Robot | None = None
 
@@ -23,7 +28,7 @@ class JogDesk:
         """
         if robot.state.phase is RobotPhase.JOGGING and self._owner != owner:
             raise BusyError("Somebody else is jogging.", hint="Wait until the robot is at rest.")
-        self._owner, self._robot = owner, robot
+        self._owner, self._robot, self.strayed = owner, robot, True
         await robot.jog(direction, speed)
 
     async def stop(self, owner: str) -> None:

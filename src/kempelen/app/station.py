@@ -230,6 +230,9 @@ class Station(StationEyes):
             raise GameError("The board is being measured.", hint="Apply or cancel the calibration.")
         game = self._game()
         await self._jogs.stop_all()
+        if self._jogs.strayed and game.arbiter.paused and not game.arbiter.moving:
+            await game.session.robot.retract()
+        self._jogs.strayed = False
         await game.arbiter.resume()
 
     async def finish(self) -> None:

@@ -1,18 +1,17 @@
 """The robot of a station: stopped, homed, jogged; and of the twin its time and its virtual hand."""
 
 from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from typing import Any
 
 from kempelen.app.config_change import changed
+from kempelen.app.idle_table import AT_WORK
 from kempelen.app.live_game import LiveGame
 from kempelen.app.station_table import StationTable
-from kempelen.app.station_types import Change, Phase
+from kempelen.app.station_types import Change
 from kempelen.app.table_session import TableSession
-from kempelen.core.errors import ConfigError, GameError, KempelenError
-from kempelen.core.protocols import RobotPhase
+from kempelen.core.errors import ConfigError, GameError, KempelenError, LinkError
 
-_AT_WORK = frozenset({RobotPhase.MOVING, RobotPhase.HOMING, RobotPhase.JOGGING, RobotPhase.HOLDING})
 _REACH_MM = 250.0
 """How far from what the robot can reach the virtual hand still sets pieces down."""
 
@@ -26,12 +25,14 @@ class StationRobot(StationTable):
         Raises:
             LinkError: the line is lost: cut the power.
         """
-        if self._inner is not None and self._passing in {Phase.STARTING, Phase.CONNECTING}:
+        self._halted = True
+        if self._inner is not None and self._passing is not None:
             self._inner.cancel()  # nothing moves yet, and nothing shall
         if self._run is not None and self._run.running:
             await self._run.stop()
         elif self.session is not None:
-            await self.session.robot.stop()
+            with suppress(LinkError) if self._passing is not None else nullcontext():  # it is let go of
+                await self.session.robot.stop()
 
     async def home(self) -> None:
         """Find the reference switches.
@@ -114,12 +115,12 @@ class StationRobot(StationTable):
             ConfigError: out of range, or this is no twin.
         """
         config = changed(self._config, {"twin.speed": speed or "max"})
-        live, session = self.live, self.require_session()
-        if session.control is None:
+        live, session = self.live, self.session
+        if not (self._config.on_twin if session is None else session.control):
             raise ConfigError("Only a twin has a speed to set.", hint="A machine's is in its settings.")
         if live is not None:
             await live.set_speed(f"{speed:g}" if speed else "max")
-        else:
+        elif session is not None and session.control is not None:
             await session.control.ask("speed", speed=speed)
         self._config = config
         self._tell(Change.STATION)
@@ -141,7 +142,7 @@ class StationRobot(StationTable):
         session, game = self.require_session(), self.playing
         if session.control is None:
             raise GameError("Only the twin has a virtual hand.", hint="Move the piece yourself.")
-        if (game is not None and game.arbiter.moving) or self.robot.phase in _AT_WORK:
+        if (game is not None and game.arbiter.moving) or self.robot.phase in AT_WORK:
             raise GameError("The robot is at work over the board.", hint="Wait until it has moved.")
         if game is not None and (self.eyes is None or not self.eyes.verifier.looks):
             raise GameError(

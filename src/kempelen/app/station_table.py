@@ -1,6 +1,7 @@
 """The table of a station: connected, homed, jogged, stopped; held while nobody plays, lent to each game."""
 
 import asyncio
+import logging
 from collections.abc import Callable, Coroutine, Mapping
 from contextlib import suppress
 from typing import Any, TypeVar
@@ -32,6 +33,8 @@ from kempelen.core.table import start_layout
 from kempelen.game.observers import EventBus
 from kempelen.twin.client import TwinControl
 
+_log = logging.getLogger(__name__)
+
 T = TypeVar("T")
 Listener = Callable[[Change], None]
 
@@ -46,6 +49,7 @@ class StationTable:
         self._listeners: list[Listener] = []
         self._work: asyncio.Task[Any] | None = None
         self._inner: asyncio.Task[Any] | None = None
+        self._halted = False
         self._passing: Phase | None = None
         self._trouble: KempelenError | None = None
         self._jogs = JogDesk()
@@ -70,7 +74,10 @@ class StationTable:
     def _tell(self, *changes: Change) -> None:
         for change in changes:
             for listener in tuple(self._listeners):
-                listener(change)
+                try:
+                    listener(change)
+                except Exception:  # noqa: BLE001 - a fault of a view is never one of the table
+                    _log.exception("A listener failed on %s", change)
 
     @property
     def phase(self) -> Phase:
@@ -175,7 +182,7 @@ class StationTable:
             BusyError: something else takes its while.
         """
         self._require_free()
-        self.busy, self._passing = busy, passing
+        self.busy, self._passing, self._halted = busy, passing, False
         self._work = task = asyncio.ensure_future(self._until_done(work))
         task.add_done_callback(_heard)
         self._tell(Change.STATION)
@@ -195,6 +202,8 @@ class StationTable:
             StoppedError: it did.
         """
         self._inner = task = asyncio.ensure_future(work)
+        if self._halted:
+            task.cancel()
         try:
             return await task
         except asyncio.CancelledError:

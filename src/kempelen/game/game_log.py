@@ -6,6 +6,7 @@ from pathlib import Path
 
 from kempelen.core.events import Event, GameOver, GameStarted, MoveCommitted, MoveTakenBack
 from kempelen.game.notation import numbered, san_log
+from kempelen.game.outcomes import termination
 from kempelen.game.pgn import GameScore
 from kempelen.game.pgn_write import format_pgn, write_pgn
 from kempelen.game.state import GameState
@@ -17,7 +18,7 @@ def score_of(state: GameState) -> GameScore:
     headers = dict(state.begun.headers)
     headers["White"] = white if len(state.names[0]) > 1 else headers.get("White", white)
     headers["Black"] = black if len(state.names[1]) > 1 else headers.get("Black", black)
-    headers["Termination"] = "normal" if state.ended else "unterminated"
+    headers["Termination"] = termination(state.ended)
     return GameScore(
         headers=headers,
         start_fen=state.begun.start_fen,

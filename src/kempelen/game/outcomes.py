@@ -11,6 +11,7 @@ _REASONS = {
     chess.Termination.SEVENTYFIVE_MOVES: "75 moves without capture or pawn move",
     chess.Termination.FIVEFOLD_REPETITION: "fivefold repetition",
 }
+_LATE = "forfeits on time"
 
 
 def as_result(text: str) -> Result:
@@ -44,8 +45,15 @@ def by_time(board: chess.Board, loser: chess.Color) -> Ended:
     late = "White" if loser else "Black"
     if board.has_insufficient_material(not loser):
         other = "Black" if loser else "White"
-        return Ended(result="1/2-1/2", reason=f"{late}'s time is over, and {other} cannot mate")
-    return Ended(result="0-1" if loser else "1-0", reason=f"{late} forfeits on time")
+        return Ended(result="1/2-1/2", reason=f"{late} {_LATE}, but {other} cannot mate")
+    return Ended(result="0-1" if loser else "1-0", reason=f"{late} {_LATE}")
+
+
+def termination(ended: Ended | None) -> str:
+    """The PGN tag Termination; None: the game goes on another time."""
+    if ended is None:
+        return "unterminated"
+    return "time forfeit" if _LATE in ended.reason else "normal"
 
 
 def by_agreement() -> Ended:

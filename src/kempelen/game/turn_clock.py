@@ -3,7 +3,7 @@
 import asyncio
 import time
 from collections.abc import Callable, Coroutine
-from typing import Any, TypeVar
+from typing import Any
 
 import chess
 
@@ -11,9 +11,8 @@ from kempelen.core import events
 from kempelen.game.clock import ChessClock, ClockReading, TimeControl
 from kempelen.game.journal import GameLog
 from kempelen.game.observers import EventBus
+from kempelen.game.players import Proposal, Propose
 from kempelen.game.records import Clocked
-
-T = TypeVar("T")
 
 KEPT_S = 5.0
 """While a side decides, the journal gets the time this often: a kill gives back no more than that."""
@@ -48,10 +47,12 @@ class TurnClock:
         """Whether a side has no time left."""
         return self.left(colour) == 0.0
 
-    async def during(self, colour: chess.Color, work: Coroutine[Any, Any, T | None]) -> T | None:
-        """The result of ``work``, done on the time of a side; None when that is over first.
+    async def during(
+        self, colour: chess.Color, work: Coroutine[Any, Any, Proposal | None]
+    ) -> Proposal | None:
+        """What a side decides, on its time; None when that is over first, or something else came in between.
 
-        ``work`` that comes to nothing, because something else came in between, gets no increment.
+        A move gets the increment.
         """
         if (clock := self._clock) is None:
             return await work
@@ -62,7 +63,7 @@ class TurnClock:
                 clock.start(colour)
                 self._tell()
             await self._until_done_or_fallen(clock, colour, task)
-            if task.done() and task.result() is not None:
+            if task.done() and isinstance(task.result(), Propose):
                 clock.moved(colour)
             return task.result() if task.done() else None
         finally:

@@ -10,6 +10,7 @@ from kempelen.core import events
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.table import Table
 from kempelen.game.arbiter import Arbiter
+from kempelen.game.clock import TimeControl
 from kempelen.game.journal import Journal
 from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.opening import new_game
@@ -38,10 +39,13 @@ class Bench:
         take_over: TakeOver | None = None,
         options: ArbiterOptions | None = None,
         eyes: bool = False,
+        clock: TimeControl | None = None,
         resume: "Bench | None" = None,
     ) -> None:
         if resume is None:
-            self.log = new_game(journal, pairing, table, start_fen=fen, take_over=take_over, options=options)
+            self.log = new_game(
+                journal, pairing, table, start_fen=fen, take_over=take_over, options=options, clock=clock
+            )
             self.world = FakeTable(self.log.state.layout, self._before_step)
         else:  # the program before this one was killed; its table is still there
             self.log = journal.reopen(resume.log.game)
