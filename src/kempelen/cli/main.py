@@ -17,12 +17,13 @@ from kempelen.cli.doctor import config, doctor
 from kempelen.cli.jog import jog
 from kempelen.cli.record import record
 from kempelen.cli.see import see
+from kempelen.cli.serve import serve
 from kempelen.cli.twin import twin
 from kempelen.core.errors import KempelenError
 
 app = typer.Typer(
     name="kempelen",
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -37,6 +38,7 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _common(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
@@ -45,15 +47,20 @@ def _common(
 
     Begin with:
 
-        kempelen play            a game on the twin; no machine is needed
+        kempelen                 the web page, on the twin; no machine is needed
+        kempelen play            a game in the terminal
         kempelen doctor          what is there, what is missing, and what to do
     """
+    del version
+    if context.invoked_subcommand is None:
+        context.invoke(serve)
 
 
 _GAMES = "Games"
 _MACHINE = "The machine"
 _HOUSE = "Checks and measurements"
 
+app.command(rich_help_panel=_GAMES)(serve)
 for _command in (games.play, games.watch, games.replay, games.resume, records.games, records.pgn):
     app.command(rich_help_panel=_GAMES)(_command)
 app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)

@@ -88,20 +88,21 @@ class Sessions:
     def redeem(self, token: str) -> str | None:
         """A session for a token, which is spent; None when there is no such token, or it is too old."""
         kept = self._tokens.pop(_digest(token), None)
-        return self._open(kept.role) if kept is not None and kept.until > self._clock() else None
+        return self.open(kept.role) if kept is not None and kept.until > self._clock() else None
 
     def enter(self, password: str) -> str | None:
         """A session for a password; None when it is none. All are compared, in constant time."""
         given = _digest(password)
         roles = [role for role, kept in self._passwords.items() if hmac.compare_digest(given, kept)]
-        return self._open(max(roles, key=_RANK.__getitem__)) if roles else None
+        return self.open(max(roles, key=_RANK.__getitem__)) if roles else None
 
     @property
     def has_password(self) -> bool:
         """Whether there is one at all."""
         return bool(self._passwords)
 
-    def _open(self, role: Role) -> str:
+    def open(self, role: Role) -> str:
+        """A session for somebody who needs no token."""
         self._forget_old(self._sessions, _MOST_SESSIONS)
         session = secrets.token_urlsafe(_BYTES)
         self._sessions[_digest(session)] = _Pass(role, self._clock() + SESSION_LASTS_S)
