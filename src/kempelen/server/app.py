@@ -17,6 +17,7 @@ from kempelen.server import (
     routes_eyes,
     routes_logs,
     routes_ports,
+    routes_scene,
     routes_session,
     routes_table,
     socket,
@@ -36,6 +37,7 @@ ROUTES: Sequence[APIRouter] = (
     routes_eyes.router,
     routes_logs.router,
     routes_ports.router,
+    routes_scene.router,
     routes_table.router,
     socket.router,
     page.router,  # last: it takes every address

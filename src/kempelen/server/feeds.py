@@ -6,6 +6,8 @@ from typing import Protocol
 from kempelen.app.eye import Eye
 from kempelen.server.eyes_feed import SquaresFeed
 from kempelen.server.house import House
+from kempelen.server.scene_feed import SceneFeed
+from kempelen.server.scene_source import scene_source
 
 
 class Feed(Protocol):
@@ -24,3 +26,9 @@ def feeds(house: House) -> Iterable[Feed]:
         return station.eyes.eye if station.eyes is not None and station.session is not None else None
 
     yield SquaresFeed(eye, lambda: hub.followed("squares"), lambda value: hub.put("squares", value))
+    yield SceneFeed(
+        lambda: scene_source(station),
+        lambda: station.session,
+        lambda: hub.followed("scene"),
+        lambda news, everything: hub.put("scene", news, whole=everything),
+    )

@@ -22,7 +22,7 @@ from kempelen.server.topics import ClientsView, TopicName
 
 BEAT_S = 0.06
 """Topics that flow are sent at most this often."""
-FLOWING: frozenset[TopicName] = frozenset({"robot", "scene", "squares", "thinking"})
+FLOWING: frozenset[TopicName] = frozenset({"robot", "squares", "thinking"})  # the scene has a pace of its own
 TOPICS: tuple[TopicName, ...] = get_args(TopicName)
 _FOR_OPERATORS: frozenset[TopicName] = frozenset({"calibration", "clients"})
 
