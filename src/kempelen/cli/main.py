@@ -16,6 +16,7 @@ from kempelen.cli.calibrate import calibrate_board
 from kempelen.cli.doctor import config, doctor
 from kempelen.cli.jog import jog
 from kempelen.cli.record import record
+from kempelen.cli.remote import remote
 from kempelen.cli.see import see
 from kempelen.cli.serve import serve
 from kempelen.cli.twin import twin
@@ -63,6 +64,7 @@ _HOUSE = "Checks and measurements"
 app.command(rich_help_panel=_GAMES)(serve)
 for _command in (games.play, games.watch, games.replay, games.resume, records.games, records.pgn):
     app.command(rich_help_panel=_GAMES)(_command)
+app.add_typer(remote, rich_help_panel=_GAMES)
 app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)
 app.command(rich_help_panel=_MACHINE)(jog)
 app.command(rich_help_panel=_MACHINE)(see)
