@@ -216,10 +216,15 @@ class QrResponse(Response):
     media_type = "image/svg+xml"
 
 
+def qr_code(text: str) -> str:
+    """An SVG picture."""
+    picture = io.BytesIO()
+    made = segno.make(text, error="m")
+    made.save(picture, kind="svg", scale=8, border=2, svgclass=None, lineclass=None, xmldecl=False)
+    return picture.getvalue().decode()
+
+
 @router.get("/qr.svg", tags=["live"], response_class=QrResponse)
 def qr(house: HouseDep) -> QrResponse:
     """The address of the spectators' page, for phones."""
-    picture = io.BytesIO()
-    address = f"{house.settings.origin}/spectator"
-    segno.make(address, error="m").save(picture, kind="svg", scale=8, border=2, svgclass=None, lineclass=None)
-    return QrResponse(picture.getvalue())
+    return QrResponse(qr_code(f"{house.settings.origin}/spectator"))

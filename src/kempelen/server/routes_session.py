@@ -7,7 +7,7 @@ from pydantic import Field
 
 from kempelen.server.house import COOKIE, House, HouseDep, OperatorDep, address
 from kempelen.server.problems import Problem
-from kempelen.server.routes import Me
+from kempelen.server.routes import Me, qr_code
 from kempelen.server.sessions import SESSION_LASTS_S, TOKEN_LASTS_S
 from kempelen.server.topics import Model
 
@@ -33,10 +33,12 @@ class Link(Model):
     """A link that lets one browser in, once.
 
     Attributes:
+        qr: The same for phones, an SVG picture.
         lasts: Until it is of no use any more, s.
     """
 
     url: str
+    qr: str
     lasts: float
 
 
@@ -66,7 +68,8 @@ async def leave(request: Request, response: Response, house: HouseDep) -> None:
 @router.post("/links")
 async def link(wish: LinkWish, house: HouseDep, _: OperatorDep) -> Link:
     """A link for another browser."""
-    return Link(url=url_with_token(house, wish.role), lasts=TOKEN_LASTS_S)
+    url = url_with_token(house, wish.role)
+    return Link(url=url, qr=qr_code(url), lasts=TOKEN_LASTS_S)
 
 
 def url_with_token(house: House, role: Literal["operator", "player"], lasts: float = TOKEN_LASTS_S) -> str:
