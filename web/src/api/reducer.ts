@@ -76,9 +76,9 @@ function setTopic<Name extends TopicName>(into: { -readonly [N in TopicName]: To
   into[name] = from[name] ?? NO_TOPICS[name];
 }
 
-/** A delta's scene holds only the pieces that moved. */
+/** A delta's scene holds only the pieces that moved, unless it says that it is whole. */
 function mergeScene(before: SceneView | null, after: SceneView | null): SceneView | null {
-  if (before === null || after === null || before === after) return after;
+  if (before === null || after === null || before === after || after.whole) return after;
   const pieces = new Map(before.pieces.map((piece) => [piece.id, piece]));
   for (const piece of after.pieces) pieces.set(piece.id, piece);
   return { ...after, pieces: [...pieces.values()] };
