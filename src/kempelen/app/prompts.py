@@ -57,7 +57,7 @@ class Prompts:
             raise GameError("This question is not open any more.", hint="Look at those that are.")
         match prompt.kind:
             case "advice":
-                raise GameError("There is nothing to answer: it goes by itself.")
+                raise GameError("There is nothing to answer: it goes by itself.", hint="Wait for it.")
             case "do":
                 self._settle(number, text)
             case "yes_no":

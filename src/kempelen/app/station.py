@@ -172,7 +172,7 @@ class Station(StationEyes):
             KempelenError: the game was left, but the table cannot be set up again.
         """
         if self._run is None:
-            raise GameError("There is no game to leave.")
+            raise GameError("There is no game to leave.", hint="Begin one, or resume one.")
         await self._do("Leaving the game …", self._leave, Phase.LEAVING)
 
     async def _leave(self) -> None:
