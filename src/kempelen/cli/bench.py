@@ -21,6 +21,13 @@ def bench(
     games: Annotated[
         int | None, typer.Option("--games", help="How many games bench eyes plays.", min=0, show_default="50")
     ] = None,
+    clients: Annotated[
+        int | None,
+        typer.Option("--clients", help="How many look on in bench spectators.", min=1, show_default="200"),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option("--seconds", help="For how long.", min=1, show_default="20")
+    ] = None,
 ) -> None:
     """Measure, side by side with bounds and peers.
 
@@ -32,7 +39,9 @@ def bench(
         kempelen bench vision --data ../shared/real
 
         kempelen bench eyes --games 5
+
+        kempelen bench spectators --clients 50
     """
     from kempelen.cli.bench_run import run_bench
 
-    run_bench(name, json_file, seed=seed, pgn=pgn, data=data, games=games)
+    run_bench(name, json_file, seed=seed, pgn=pgn, data=data, games=games, clients=clients, seconds=seconds)

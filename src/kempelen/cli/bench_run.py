@@ -11,6 +11,8 @@ from kempelen.bench.result import BenchResult
 from kempelen.cli.showing import require_writable
 from kempelen.core.errors import ConfigError
 
+_TAKEN_BY = {"games": "eyes", "clients": "spectators", "seconds": "spectators"}
+
 
 def run_bench(
     name: str,
@@ -19,18 +21,22 @@ def run_bench(
     seed: int,
     pgn: Path | None,
     data: Path | None,
-    games: int | None = None,
+    **others: float | None,
 ) -> None:
-    """Measure, print, keep.
+    """Measure, print, keep; ``others`` are options that one bench alone has.
 
     Raises:
-        ConfigError: there is no such bench, it plays no games of its own, or the file cannot be written.
+        ConfigError: there is no such bench, it takes not all of ``others``, or the file cannot be written.
     """
     if name not in BENCHES:
         raise ConfigError(f"There is no bench '{name}'.", hint=f"Choose one of: {', '.join(BENCHES)}.")
-    if games is not None and name != "eyes":
-        raise ConfigError(f"bench {name} does not take --games.", hint="Only this does: kempelen bench eyes.")
-    number = {} if games is None else {"games": games}
+    given = {option: value for option, value in others.items() if value is not None}
+    for option in given:
+        if name != _TAKEN_BY[option]:
+            raise ConfigError(
+                f"bench {name} does not take --{option}.",
+                hint=f"Only this does: kempelen bench {_TAKEN_BY[option]}.",
+            )
     if json_file is not None:
         require_writable(json_file)
     module = importlib.import_module(f"kempelen.bench.{name}")
@@ -40,7 +46,7 @@ def run_bench(
             seed=seed,
             pgn=pgn,
             data=data,
-            **number,
+            **given,
             progress=lambda what, share: bar.update(task, description=what[:50], completed=share),
         )
     result.print_table(Console())

@@ -223,6 +223,7 @@ class Hub:
         self._clients: set[Client] = set()
         self._built: dict[object, str] = {}
         self._due: asyncio.TimerHandle | None = None
+        self._count()
 
     # --- what is shown --------------------------------------------------------------------------------------
 
@@ -343,13 +344,13 @@ class Hub:
         key = (changed, moved_at, said_before, self.said.last)
         if not lines and (built := self._built.get(key)) is not None:
             return built
-        texts = (
-            (name, self._topics[name].change() if has_last else self._topics[name].everything())
+        texts = dict.fromkeys(TOPICS, "null") | {
+            name: self._topics[name].change() if has_last else self._topics[name].everything()
             for name, has_last in changed
-        )
+        }
         message = (
             f'{{"type":"delta","sequence":{self._sequence},"moved_at":{moved_at:.4f},'
-            f'"changed":{_array(json.dumps(name) for name, _ in changed)},"topics":{_object(texts)},'
+            f'"changed":{_array(json.dumps(name) for name, _ in changed)},"topics":{_object(texts.items())},'
             f'"said":{_array(self.said.after(said_before))},"wire":{_array(lines)}}}'
         )
         if not lines:

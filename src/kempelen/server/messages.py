@@ -59,7 +59,7 @@ class Delta(Model):
     """Topics that changed since the last message, whole; null where there is nothing any more.
 
     Attributes:
-        changed: Names of those that ``topics`` holds.
+        changed: Names of those that ``topics`` holds; all others are null there, and mean nothing.
         moved_at: Server time of the oldest change in it, s since the epoch.
     """
 

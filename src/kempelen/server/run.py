@@ -35,7 +35,7 @@ _TRIES = 20
 _LEAST_PASSWORD = 8
 _SEND_BUFFER = 256 * 1024
 """Bytes that the system keeps for a client that does not take them."""
-_PING_S, _PONG_S = 15.0, 20.0
+_PING_S, _PONG_S = 10.0, 15.0
 _GRACE_S = 2
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
