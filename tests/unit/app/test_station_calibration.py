@@ -66,9 +66,8 @@ async def test_the_board_is_measured_again_in_mid_game(
     kept = load_calibration(station.config.calibration_path)
     assert kept is not None
     assert kept.robot_from_board.translation[0] == pytest.approx(152, abs=0.5)
-    assert table.live.session.hand.table.robot_from_board.matrix == pytest.approx(
-        kept.robot_from_board.matrix
-    )
+    used = table.live.session.hand.table.robot_from_board
+    assert used.matrix == pytest.approx(kept.robot_from_board.matrix)
     await table.asked()
     assert table.live.board.ply() == 2
 
