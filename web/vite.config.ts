@@ -3,7 +3,7 @@ import { svelteTesting } from "@testing-library/svelte/vite";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
-const server = process.env.KEMPELEN_SERVER ?? "http://127.0.0.1:8642";
+const server = process.env.KEMPELEN_SERVER ?? "http://127.0.0.1:8420";
 
 /** cm-chessboard places a dragged piece by a style attribute, which the page's CSP forbids; the CSSOM may. */
 function styleAttributesToCssom(): Plugin {

@@ -47,6 +47,7 @@ class Router {
   }
 
   start(): void {
+    this.read();
     addEventListener("popstate", () => this.read());
     document.addEventListener("click", (event) => this.#clicked(event));
   }

@@ -3,10 +3,509 @@
  * Do not make direct changes to the file.
  */
 
-export type paths = Record<string, never>;
+export interface paths {
+    readonly "/api/about": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * About
+         * @description Versions, and what is connected.
+         */
+        readonly get: operations["about_api_about_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/about/doctor": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Last Findings
+         * @description What the doctor found last; null before the first time.
+         */
+        readonly get: operations["last_findings_api_about_doctor_get"];
+        readonly put?: never;
+        /**
+         * Examine
+         * @description Let the doctor look at this machine; it takes some seconds, at most two minutes.
+         */
+        readonly post: operations["examine_api_about_doctor_post"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/calibration": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Calibration
+         * @description Where the board was measured to be.
+         */
+        readonly get: operations["calibration_api_calibration_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/commands": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        /**
+         * Obey
+         * @description Do something. A refusal is an answer like any other: ``ok`` is false and ``error`` says why.
+         */
+        readonly post: operations["obey_api_commands_post"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/engines": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Engines
+         * @description Which engines can be chosen.
+         */
+        readonly get: operations["engines_api_engines_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/eyes/parameters": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Parameters
+         * @description All numbers that the eyes read with.
+         */
+        readonly get: operations["parameters_api_eyes_parameters_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/eyes/picture": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Picture
+         * @description The newest frame as a JPEG file, with what is made of it drawn over it.
+         */
+        readonly get: operations["picture_api_eyes_picture_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/fit": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        /**
+         * Fit
+         * @description What would come of an edited form; nothing is changed.
+         */
+        readonly post: operations["fit_api_fit_post"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/games": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Games
+         * @description Games of the journal, the newest first.
+         */
+        readonly get: operations["games_api_games_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/games/{number}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Game
+         * @description One game.
+         */
+        readonly get: operations["game_api_games__number__get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/games/{number}/pgn": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Pgn
+         * @description One game as PGN.
+         */
+        readonly get: operations["pgn_api_games__number__pgn_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/links": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        /**
+         * Link
+         * @description A link for another browser.
+         */
+        readonly post: operations["link_api_links_post"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/logs/program": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Program
+         * @description The newest records after a number that hold a text.
+         */
+        readonly get: operations["program_api_logs_program_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/logs/wire": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Wire
+         * @description The newest lines after a number that hold a text.
+         */
+        readonly get: operations["wire_api_logs_wire_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/me": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Me
+         * @description Who asks.
+         */
+        readonly get: operations["me_api_me_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/pgn": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        /**
+         * Contents
+         * @description Which games are in a PGN file.
+         */
+        readonly post: operations["contents_api_pgn_post"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/ports": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Last Scan
+         * @description The last scan; nothing is touched.
+         */
+        readonly get: operations["last_scan_api_ports_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/ports/scan": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        /**
+         * Scan
+         * @description Ask every port who is there; it takes up to some fifteen seconds. The one in use is left alone.
+         */
+        readonly post: operations["scan_api_ports_scan_post"];
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/qr.svg": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Qr
+         * @description The address of the spectators' page, for phones.
+         */
+        readonly get: operations["qr_api_qr_svg_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/scene": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Scene
+         * @description All that stands still, and the shapes of what moves; mm, robot frame.
+         */
+        readonly get: operations["scene_api_scene_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/session": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put?: never;
+        /**
+         * Enter
+         * @description Become more than a spectator; the session comes as a cookie.
+         */
+        readonly post: operations["enter_api_session_post"];
+        /**
+         * Leave
+         * @description Be a spectator again.
+         */
+        readonly delete: operations["leave_api_session_delete"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/state": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * State
+         * @description Everything that pages show, as the WebSocket's first message has it.
+         */
+        readonly get: operations["state_api_state_get"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/api/table": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        /**
+         * Table
+         * @description The table in force, what may be edited of it, and what does not fit.
+         */
+        readonly get: operations["table_api_table_get"];
+        /**
+         * Save
+         * @description Keep an edited form, and use it from now on.
+         */
+        readonly put: operations["save_api_table_put"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+}
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
+        /**
+         * AboutView
+         * @description The program and what it runs on.
+         */
+        readonly AboutView: {
+            /** Camera */
+            readonly camera: string;
+            /** Libraries */
+            readonly libraries: {
+                readonly [key: string]: string;
+            };
+            /** Licence */
+            readonly licence: string;
+            /** Port */
+            readonly port: string;
+            /** Python */
+            readonly python: string;
+            /** Robot */
+            readonly robot: string;
+            /** Started */
+            readonly started: number;
+            /** System */
+            readonly system: string;
+            /** Version */
+            readonly version: string;
+        };
         /**
          * ActivityView
          * @description What the robot is doing now: "carrying the knight to f3".
@@ -22,40 +521,28 @@ export interface components {
          */
         readonly ActivityView: {
             /**
+             * Count
+             * @default 0
+             */
+            readonly count: number;
+            /** Ends At */
+            readonly ends_at: number | null;
+            /**
              * Kind
              * @enum {string}
              */
             readonly kind: "approaching" | "carrying" | "leaving" | "parking" | "homing" | "looking" | "waiting";
             /**
-             * Piece
-             * @default null
-             */
-            readonly piece: string | null;
-            /**
-             * Source
-             * @default null
-             */
-            readonly source: string | null;
-            /**
-             * Target
-             * @default null
-             */
-            readonly target: string | null;
-            /**
              * Number
              * @default 0
              */
             readonly number: number;
-            /**
-             * Count
-             * @default 0
-             */
-            readonly count: number;
-            /**
-             * Ends At
-             * @default null
-             */
-            readonly ends_at: number | null;
+            /** Piece */
+            readonly piece: string | null;
+            /** Source */
+            readonly source: string | null;
+            /** Target */
+            readonly target: string | null;
         };
         /**
          * Answer
@@ -82,17 +569,66 @@ export interface components {
             readonly text?: string;
         };
         /**
+         * AreaView
+         * @description Playing field or tray, seen from above.
+         *
+         *     Attributes:
+         *         name: ``board``, or the tray's.
+         *         corners: Of its surface, x, y, mm, robot frame, in a ring.
+         */
+        readonly AreaView: {
+            /** Corners */
+            readonly corners: readonly (readonly [
+                number,
+                number
+            ])[];
+            /** Name */
+            readonly name: string;
+        };
+        /**
          * Ask
          * @description A command.
          */
         readonly Ask: {
-            /**
-             * Type
-             * @constant
-             */
-            readonly type: "command";
             /** Command */
             readonly command: components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly type: "command";
+        };
+        /**
+         * BoardView
+         * @description The board.
+         *
+         *     Attributes:
+         *         origin: a1's outer corner on the playing surface, mm, robot frame.
+         *         quaternion: w, x, y, z of robot_from_board; the board's x runs to h1, its y to a8.
+         *         square: Side of a square, mm.
+         *         border: Of the board around its squares, mm, as drawn.
+         *         thickness: Of the board, mm, as drawn: the table top is so far below the playing surface.
+         */
+        readonly BoardView: {
+            /** Border */
+            readonly border: number;
+            /** Origin */
+            readonly origin: readonly [
+                number,
+                number,
+                number
+            ];
+            /** Quaternion */
+            readonly quaternion: readonly [
+                number,
+                number,
+                number,
+                number
+            ];
+            /** Square */
+            readonly square: number;
+            /** Thickness */
+            readonly thickness: number;
         };
         /**
          * Bumped
@@ -122,10 +658,7 @@ export interface components {
              * @enum {string}
              */
             readonly name: "calibration_apply";
-            /**
-             * Square
-             * @default null
-             */
+            /** Square */
             readonly square?: number | null;
         };
         /**
@@ -185,6 +718,22 @@ export interface components {
              * @default false
              */
             readonly active: boolean;
+            /**
+             * Fits
+             * @default []
+             */
+            readonly fits: readonly string[];
+            /**
+             * Problem
+             * @default
+             */
+            readonly problem: string;
+            /** Residuals */
+            readonly residuals: {
+                readonly [key: string]: number;
+            };
+            /** Square */
+            readonly square: number | null;
             /** Touched */
             readonly touched: {
                 readonly [key: string]: readonly [
@@ -193,35 +742,34 @@ export interface components {
                     number
                 ];
             };
-            /** Residuals */
-            readonly residuals: {
-                readonly [key: string]: number;
-            };
-            /**
-             * Square
-             * @default null
-             */
-            readonly square: number | null;
-            /**
-             * Problem
-             * @default
-             */
-            readonly problem: string;
-            /**
-             * Fits
-             * @default []
-             */
-            readonly fits: readonly string[];
         };
         /**
          * Candidate
          * @description A move that may have been made.
          */
         readonly Candidate: {
-            /** Uci */
-            readonly uci: string;
             /** San */
             readonly san: string;
+            /** Uci */
+            readonly uci: string;
+        };
+        /**
+         * CheckView
+         * @description A row of the doctor's findings.
+         *
+         *     Attributes:
+         *         status: ``ok``, ``warn`` or ``fail``.
+         *         todo: What to do; empty when all is well.
+         */
+        readonly CheckView: {
+            /** Found */
+            readonly found: string;
+            /** Name */
+            readonly name: string;
+            /** Status */
+            readonly status: string;
+            /** Todo */
+            readonly todo: string;
         };
         /**
          * ClientsView
@@ -249,13 +797,13 @@ export interface components {
          * @description Time control: ``minutes`` for the game, ``increment`` s a move.
          */
         readonly Clock: {
-            /** Minutes */
-            readonly minutes: number;
             /**
              * Increment
              * @default 0
              */
             readonly increment?: number;
+            /** Minutes */
+            readonly minutes: number;
         };
         /**
          * ClockView
@@ -268,14 +816,14 @@ export interface components {
          *         at: Server time of the reading, s since the epoch.
          */
         readonly ClockView: {
-            /** White */
-            readonly white: number;
+            /** At */
+            readonly at: number;
             /** Black */
             readonly black: number;
             /** Running */
             readonly running: ("white" | "black") | null;
-            /** At */
-            readonly at: number;
+            /** White */
+            readonly white: number;
         };
         /**
          * Connect
@@ -285,15 +833,15 @@ export interface components {
             /** Id */
             readonly id: string;
             /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            readonly name: "connect";
-            /**
              * Kind
              * @default gantry
              */
             readonly kind?: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly name: "connect";
             /**
              * Port
              * @default twin
@@ -305,28 +853,27 @@ export interface components {
          * @description Topics that changed since the last message, whole; null where there is nothing any more.
          *
          *     Attributes:
-         *         changed: Names of those that ``topics`` holds.
+         *         changed: Names of those that ``topics`` holds; all others are null there, and mean nothing.
          *         moved_at: Server time of the oldest change in it, s since the epoch.
          */
         readonly Delta: {
-            /**
-             * Type
-             * @default delta
-             * @constant
-             */
-            readonly type: "delta";
-            /** Sequence */
-            readonly sequence: number;
-            /** Moved At */
-            readonly moved_at: number;
             /** Changed */
             readonly changed: readonly ("station" | "robot" | "game" | "thinking" | "activity" | "prompts" | "eyes" | "squares" | "scene" | "calibration" | "clients")[];
-            readonly topics: components["schemas"]["Topics"];
+            /** Moved At */
+            readonly moved_at: number;
             /**
              * Said
              * @default []
              */
             readonly said: readonly components["schemas"]["Say"][];
+            /** Sequence */
+            readonly sequence: number;
+            readonly topics: components["schemas"]["Topics"];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly type: "delta";
             /**
              * Wire
              * @default []
@@ -347,6 +894,18 @@ export interface components {
             readonly name: "disconnect";
         };
         /**
+         * DoctorView
+         * @description All rows, and when they were found, s since the epoch.
+         */
+        readonly DoctorView: {
+            /** At */
+            readonly at: number;
+            /** Rows */
+            readonly rows: readonly components["schemas"]["CheckView"][];
+        };
+        /** @description What the server sends over /api/ws. */
+        readonly Down: components["schemas"]["Snapshot"] | components["schemas"]["Delta"] | components["schemas"]["Replied"] | components["schemas"]["Refused"];
+        /**
          * EStop
          * @description End all motion now.
          */
@@ -358,6 +917,42 @@ export interface components {
              * @enum {string}
              */
             readonly name: "estop";
+        };
+        /**
+         * EngineView
+         * @description An engine to choose.
+         *
+         *     Attributes:
+         *         engine: Value of ``engine`` or ``opponent`` in a command; empty for the configured one.
+         *         name: For people.
+         *         levels: Whether its strength can be set from 1 to 20 or by Elo; a Maia has its own.
+         */
+        readonly EngineView: {
+            /** Engine */
+            readonly engine: string;
+            /**
+             * Levels
+             * @default true
+             */
+            readonly levels: boolean;
+            /** Name */
+            readonly name: string;
+        };
+        /**
+         * Entry
+         * @description A one-time token or a password.
+         */
+        readonly Entry: {
+            /**
+             * Password
+             * @default
+             */
+            readonly password?: string;
+            /**
+             * Token
+             * @default
+             */
+            readonly token?: string;
         };
         /**
          * EyesView
@@ -373,35 +968,35 @@ export interface components {
          */
         readonly EyesView: {
             /**
-             * There
+             * Hand
              * @default false
              */
-            readonly there: boolean;
-            /**
-             * On
-             * @default false
-             */
-            readonly on: boolean;
-            /**
-             * Sight
-             * @default no camera
-             */
-            readonly sight: string;
+            readonly hand: boolean;
             /**
              * Message
              * @default
              */
             readonly message: string;
             /**
-             * Hand
+             * On
              * @default false
              */
-            readonly hand: boolean;
+            readonly on: boolean;
             /**
              * Recording
              * @default
              */
             readonly recording: string;
+            /**
+             * Sight
+             * @default no camera
+             */
+            readonly sight: string;
+            /**
+             * There
+             * @default false
+             */
+            readonly there: boolean;
         };
         /**
          * Fault
@@ -413,15 +1008,34 @@ export interface components {
          *         remedy: Command that mends it; None where only a person can.
          */
         readonly Fault: {
-            /** Title */
-            readonly title: string;
+            /** Remedy */
+            readonly remedy: ("connect" | "home" | "recover" | "resume" | "resume_game" | "leave_game") | null;
             /** Text */
             readonly text: string;
-            /**
-             * Remedy
-             * @default null
-             */
-            readonly remedy: ("connect" | "home" | "recover" | "resume" | "resume_game" | "leave_game") | null;
+            /** Title */
+            readonly title: string;
+        };
+        /**
+         * FindingView
+         * @description Something that does not fit.
+         *
+         *     Attributes:
+         *         text: Where and what, with the measured and the allowed number.
+         *         by: By how much, in ``unit``.
+         *         mend: What to change.
+         *         where: To be marked: ``board``, names of trays, places, kinds of pieces.
+         */
+        readonly FindingView: {
+            /** By */
+            readonly by: number;
+            /** Mend */
+            readonly mend: string;
+            /** Text */
+            readonly text: string;
+            /** Unit */
+            readonly unit: string;
+            /** Where */
+            readonly where: readonly string[];
         };
         /**
          * Finish
@@ -437,6 +1051,25 @@ export interface components {
             readonly name: "finish";
         };
         /**
+         * FitView
+         * @description What came of a form: the picture, and what does not fit.
+         *
+         *     Attributes:
+         *         square: Of the table, mm: calibrated where it was.
+         *         pieces: Sizes of each kind, mm.
+         */
+        readonly FitView: {
+            /** Findings */
+            readonly findings: readonly components["schemas"]["FindingView"][];
+            readonly geometry: components["schemas"]["GeometryView"];
+            /** Pieces */
+            readonly pieces: {
+                readonly [key: string]: components["schemas"]["PieceShape"];
+            };
+            /** Square */
+            readonly square: number;
+        };
+        /**
          * Follow
          * @description Which topics to send; the server answers with a snapshot.
          *
@@ -445,18 +1078,85 @@ export interface components {
          *         wire: Whether to send lines of the robot's wire (operators).
          */
         readonly Follow: {
-            /**
-             * Type
-             * @constant
-             */
-            readonly type: "follow";
             /** Topics */
             readonly topics: readonly ("station" | "robot" | "game" | "thinking" | "activity" | "prompts" | "eyes" | "squares" | "scene" | "calibration" | "clients")[];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly type: "follow";
             /**
              * Wire
              * @default false
              */
             readonly wire?: boolean;
+        };
+        /**
+         * GameEntry
+         * @description A line in the list of games.
+         *
+         *     Attributes:
+         *         plies: Half-moves in it.
+         *         result: ``*`` while it is not over.
+         *         reason: Of its end; empty while it is not over.
+         *         over: Whether it has ended, so that it cannot be gone on with.
+         */
+        readonly GameEntry: {
+            /** Black */
+            readonly black: string;
+            /** Game */
+            readonly game: number;
+            /** Last */
+            readonly last: string;
+            /** Mode */
+            readonly mode: string;
+            /** Over */
+            readonly over: boolean;
+            /** Plies */
+            readonly plies: number;
+            /** Reason */
+            readonly reason: string;
+            /** Result */
+            readonly result: string;
+            /** Started */
+            readonly started: string;
+            /** White */
+            readonly white: string;
+        };
+        /**
+         * GameList
+         * @description Games of the journal, the newest first.
+         *
+         *     Attributes:
+         *         count: How many there are in all.
+         */
+        readonly GameList: {
+            /** Count */
+            readonly count: number;
+            /** Games */
+            readonly games: readonly components["schemas"]["GameEntry"][];
+        };
+        /**
+         * GameRecord
+         * @description A game of the journal.
+         */
+        readonly GameRecord: {
+            /** Black */
+            readonly black: string;
+            /** Mode */
+            readonly mode: string;
+            /** Moves */
+            readonly moves: readonly components["schemas"]["MoveView"][];
+            /** Number */
+            readonly number: number;
+            /** Reason */
+            readonly reason: string;
+            /** Result */
+            readonly result: string;
+            /** Start Fen */
+            readonly start_fen: string;
+            /** White */
+            readonly white: string;
         };
         /**
          * GameView
@@ -482,53 +1182,183 @@ export interface components {
          *         by_hand: Whether a person's moves are made on the board by hand, and seen.
          */
         readonly GameView: {
-            /** Number */
-            readonly number: number;
+            readonly black: components["schemas"]["SideView"];
+            /** By Hand */
+            readonly by_hand: boolean;
+            /** Captured */
+            readonly captured: {
+                readonly [key: string]: string;
+            };
+            /** Check */
+            readonly check: string | null;
+            readonly clock: components["schemas"]["ClockView"] | null;
+            /** Draw Offer */
+            readonly draw_offer: ("white" | "black") | null;
+            /** Fen */
+            readonly fen: string;
+            /** In Transfer */
+            readonly in_transfer: boolean;
+            /** Legal */
+            readonly legal: readonly string[];
+            /** Length */
+            readonly length: number | null;
             /**
              * Mode
              * @enum {string}
              */
             readonly mode: "play" | "watch" | "replay";
-            readonly white: components["schemas"]["SideView"];
-            readonly black: components["schemas"]["SideView"];
-            /** People */
-            readonly people: readonly ("white" | "black")[];
-            /** Start Fen */
-            readonly start_fen: string;
-            /** Fen */
-            readonly fen: string;
             /** Moves */
             readonly moves: readonly components["schemas"]["MoveView"][];
+            /** Number */
+            readonly number: number;
+            /** Paused */
+            readonly paused: boolean;
+            /** People */
+            readonly people: readonly ("white" | "black")[];
+            /** Person To Move */
+            readonly person_to_move: boolean;
+            /** Reason */
+            readonly reason: string;
+            /** Result */
+            readonly result: string;
+            /** Start Fen */
+            readonly start_fen: string;
             /**
              * Turn
              * @enum {string}
              */
             readonly turn: "white" | "black";
-            /** Person To Move */
-            readonly person_to_move: boolean;
-            /** Legal */
-            readonly legal: readonly string[];
-            /** Check */
-            readonly check: string | null;
-            /** Captured */
-            readonly captured: {
-                readonly [key: string]: string;
-            };
-            /** Paused */
-            readonly paused: boolean;
-            /** In Transfer */
-            readonly in_transfer: boolean;
-            /** Draw Offer */
-            readonly draw_offer: ("white" | "black") | null;
-            /** Result */
-            readonly result: string;
-            /** Reason */
-            readonly reason: string;
-            /** Length */
-            readonly length: number | null;
-            readonly clock: components["schemas"]["ClockView"] | null;
-            /** By Hand */
-            readonly by_hand: boolean;
+            readonly white: components["schemas"]["SideView"];
+        };
+        /**
+         * GeometryView
+         * @description The table from above, robot frame, mm.
+         *
+         *     Attributes:
+         *         lower: Of the box that the tool point reaches.
+         *         upper: Of it.
+         *         areas: Playing field and trays.
+         *         places: Squares and slots.
+         *         radius: Of the circle that the widest piece needs on each place.
+         */
+        readonly GeometryView: {
+            /** Areas */
+            readonly areas: readonly components["schemas"]["AreaView"][];
+            /** Lower */
+            readonly lower: readonly [
+                number,
+                number,
+                number
+            ];
+            /** Places */
+            readonly places: readonly components["schemas"]["kempelen__server__operator_views__SlotView"][];
+            /** Radius */
+            readonly radius: number;
+            /** Upper */
+            readonly upper: readonly [
+                number,
+                number,
+                number
+            ];
+        };
+        /**
+         * Gripper
+         * @description A two-finger gripper that does not turn: sizes for planning, mm.
+         *
+         *     Attributes:
+         *         closing_axis: Angle of the direction in which the fingers close, from the robot's x axis, rad.
+         *         opening: Diameter of the round passage between the open pads.
+         *         finger_thickness: From that passage to the outside of a finger, along the closing axis.
+         *         finger_width: Of a finger, across the closing axis.
+         *         below_tool: How far the fingers reach below the tool point.
+         *         finger_length: From the tool point up to the palm.
+         *         palm_radius: Of a cylinder that holds everything above the fingers.
+         *         close_seconds: From "close" until the piece may be lifted.
+         *         open_seconds: From "open" until the hand may move.
+         *         release_height: How far above its place a piece is let go.
+         */
+        readonly Gripper: {
+            /**
+             * Below Tool
+             * @default 7
+             */
+            readonly below_tool?: number;
+            /**
+             * Close Seconds
+             * @default 0.15
+             */
+            readonly close_seconds?: number;
+            /**
+             * Closing Axis
+             * @default 0
+             */
+            readonly closing_axis?: number;
+            /**
+             * Finger Length
+             * @default 95
+             */
+            readonly finger_length?: number;
+            /**
+             * Finger Thickness
+             * @default 8.4
+             */
+            readonly finger_thickness?: number;
+            /**
+             * Finger Width
+             * @default 20
+             */
+            readonly finger_width?: number;
+            /**
+             * Open Seconds
+             * @default 0.1
+             */
+            readonly open_seconds?: number;
+            /**
+             * Opening
+             * @default 31
+             */
+            readonly opening?: number;
+            /**
+             * Palm Radius
+             * @default 35
+             */
+            readonly palm_radius?: number;
+            /**
+             * Release Height
+             * @default 0.8
+             */
+            readonly release_height?: number;
+        };
+        /**
+         * GripperView
+         * @description The hand, mm, as `kempelen.core.table.Gripper`.
+         */
+        readonly GripperView: {
+            /** Below Tool */
+            readonly below_tool: number;
+            /** Closing Axis */
+            readonly closing_axis: number;
+            /** Finger Length */
+            readonly finger_length: number;
+            /** Finger Thickness */
+            readonly finger_thickness: number;
+            /** Finger Width */
+            readonly finger_width: number;
+            /** Opening */
+            readonly opening: number;
+            /** Palm Radius */
+            readonly palm_radius: number;
+        };
+        /**
+         * Ground
+         * @description What is drawn on.
+         * @enum {string}
+         */
+        readonly Ground: "colour" | "depth" | "above";
+        /** HTTPValidationError */
+        readonly HTTPValidationError: {
+            /** Detail */
+            readonly detail?: readonly components["schemas"]["ValidationError"][];
         };
         /**
          * HandCarry
@@ -558,6 +1388,30 @@ export interface components {
             ];
         };
         /**
+         * Heading
+         * @description A game of an uploaded file.
+         *
+         *     Attributes:
+         *         number: In the file, from 1.
+         *         title: Players, result, event and date as far as they are known.
+         */
+        readonly Heading: {
+            /** Black */
+            readonly black: string;
+            /** Date */
+            readonly date: string;
+            /** Event */
+            readonly event: string;
+            /** Number */
+            readonly number: number;
+            /** Result */
+            readonly result: string;
+            /** Title */
+            readonly title: string;
+            /** White */
+            readonly white: string;
+        };
+        /**
          * Home
          * @description Find the reference switches.
          */
@@ -575,6 +1429,12 @@ export interface components {
          * @description Keep moving; motion ends when these stop coming, or their client goes away. WebSocket only.
          */
         readonly Jog: {
+            /** Direction */
+            readonly direction: readonly [
+                number,
+                number,
+                number
+            ];
             /** Id */
             readonly id: string;
             /**
@@ -582,12 +1442,6 @@ export interface components {
              * @enum {string}
              */
             readonly name: "jog";
-            /** Direction */
-            readonly direction: readonly [
-                number,
-                number,
-                number
-            ];
             /** Speed */
             readonly speed: number;
         };
@@ -605,6 +1459,12 @@ export interface components {
             readonly name: "jog_stop";
         };
         /**
+         * Layer
+         * @description What may be drawn on it.
+         * @enum {string}
+         */
+        readonly Layer: "plane" | "lattice" | "squares" | "heights" | "hand";
+        /**
          * LeaveGame
          * @description Robot at rest, game kept.
          */
@@ -616,6 +1476,117 @@ export interface components {
              * @enum {string}
              */
             readonly name: "leave_game";
+        };
+        /**
+         * Link
+         * @description A link that lets one browser in, once.
+         *
+         *     Attributes:
+         *         qr: The same for phones, an SVG picture.
+         *         lasts: Until it is of no use any more, s.
+         */
+        readonly Link: {
+            /** Lasts */
+            readonly lasts: number;
+            /** Qr */
+            readonly qr: string;
+            /** Url */
+            readonly url: string;
+        };
+        /**
+         * LinkWish
+         * @description For whom a link is to be.
+         */
+        readonly LinkWish: {
+            /**
+             * Role
+             * @enum {string}
+             */
+            readonly role: "operator" | "player";
+        };
+        /**
+         * LogLine
+         * @description A record of the program's log.
+         */
+        readonly LogLine: {
+            /** At */
+            readonly at: number;
+            /** Level */
+            readonly level: string;
+            /** Name */
+            readonly name: string;
+            /** Number */
+            readonly number: number;
+            /** Text */
+            readonly text: string;
+        };
+        /**
+         * LogView
+         * @description The program's log, oldest first.
+         */
+        readonly LogView: {
+            /** Lines */
+            readonly lines: readonly components["schemas"]["LogLine"][];
+        };
+        /**
+         * Me
+         * @description Who asks.
+         *
+         *     Attributes:
+         *         password: Whether there is a password by which one can become more.
+         */
+        readonly Me: {
+            /** Password */
+            readonly password: boolean;
+            /**
+             * Role
+             * @enum {string}
+             */
+            readonly role: "operator" | "player" | "spectator";
+        };
+        /**
+         * MeasuredView
+         * @description The calibration in force.
+         *
+         *     Attributes:
+         *         made: Whether there is one; all else is empty when not.
+         *         date: When, s since the epoch.
+         *         age: s.
+         *         corners: Touched points, mm, robot frame.
+         *         residuals: mm, by corner.
+         *         rms: mm.
+         *         checked: Whether the residual says anything.
+         *         pose: Also without a calibration: as configured.
+         */
+        readonly MeasuredView: {
+            /** Age */
+            readonly age: number | null;
+            /**
+             * Checked
+             * @default false
+             */
+            readonly checked: boolean;
+            /** Corners */
+            readonly corners: {
+                readonly [key: string]: readonly [
+                    number,
+                    number,
+                    number
+                ];
+            };
+            /** Date */
+            readonly date: number | null;
+            /** Made */
+            readonly made: boolean;
+            readonly pose: components["schemas"]["PoseView"];
+            /** Residuals */
+            readonly residuals: {
+                readonly [key: string]: number;
+            };
+            /** Rms */
+            readonly rms: number | null;
+            /** Square */
+            readonly square: number;
         };
         /**
          * Move
@@ -632,13 +1603,10 @@ export interface components {
              * @enum {string}
              */
             readonly name: "move";
+            /** Ply */
+            readonly ply?: number | null;
             /** Uci */
             readonly uci: string;
-            /**
-             * Ply
-             * @default null
-             */
-            readonly ply?: number | null;
         };
         /**
          * MoveView
@@ -648,14 +1616,14 @@ export interface components {
          *         fen: The position after it.
          */
         readonly MoveView: {
+            /** Fen */
+            readonly fen: string;
             /** Ply */
             readonly ply: number;
             /** San */
             readonly san: string;
             /** Uci */
             readonly uci: string;
-            /** Fen */
-            readonly fen: string;
         };
         /**
          * NewGame
@@ -670,44 +1638,45 @@ export interface components {
          *         hands: Who carries a person's pieces; "auto": the person, where a camera looks.
          */
         readonly NewGame: {
-            /** Id */
-            readonly id: string;
-            /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            readonly name: "new_game";
-            /**
-             * Mode
-             * @enum {string}
-             */
-            readonly mode: "play" | "watch" | "replay";
-            /**
-             * Fen
-             * @default
-             */
-            readonly fen?: string;
-            /**
-             * Side
-             * @default white
-             * @enum {string}
-             */
-            readonly side?: "white" | "black";
+            readonly clock?: components["schemas"]["Clock"] | null;
             /**
              * Engine
              * @default
              */
             readonly engine?: string;
             /**
+             * Fen
+             * @default
+             */
+            readonly fen?: string;
+            /**
+             * Hands
+             * @default auto
+             * @enum {string}
+             */
+            readonly hands?: "auto" | "robot" | "person";
+            /** Id */
+            readonly id: string;
+            /**
              * Level
              * @default full
              */
             readonly level?: string;
             /**
+             * Mode
+             * @enum {string}
+             */
+            readonly mode: "play" | "watch" | "replay";
+            /**
              * Move Time
              * @default 1
              */
             readonly move_time?: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly name: "new_game";
             /**
              * Opponent
              * @default
@@ -729,18 +1698,13 @@ export interface components {
              */
             readonly pgn_game?: number;
             /**
-             * Take Over
-             * @default null
-             */
-            readonly take_over?: number | null;
-            /** @default null */
-            readonly clock?: components["schemas"]["Clock"] | null;
-            /**
-             * Hands
-             * @default auto
+             * Side
+             * @default white
              * @enum {string}
              */
-            readonly hands?: "auto" | "robot" | "person";
+            readonly side?: "white" | "black";
+            /** Take Over */
+            readonly take_over?: number | null;
         };
         /**
          * OfferDraw
@@ -756,6 +1720,40 @@ export interface components {
             readonly name: "draw";
         };
         /**
+         * ParameterView
+         * @description A number that the eyes read with.
+         *
+         *     Attributes:
+         *         name: ``reader.what_it_is``.
+         *         value: Worked with.
+         *         estimate: What the reader itself takes.
+         *         low: Smallest value that makes sense.
+         *         high: Largest.
+         *         about: What it does, one phrase.
+         *         source: Where the estimate comes from.
+         *         overridden: Whether ``value`` was set by hand.
+         */
+        readonly ParameterView: {
+            /** About */
+            readonly about: string;
+            /** Estimate */
+            readonly estimate: number;
+            /** High */
+            readonly high: number;
+            /** Low */
+            readonly low: number;
+            /** Name */
+            readonly name: string;
+            /** Overridden */
+            readonly overridden: boolean;
+            /** Source */
+            readonly source: string;
+            /** Unit */
+            readonly unit: string;
+            /** Value */
+            readonly value: number;
+        };
+        /**
          * Pause
          * @description Stop at once, a piece in the gripper or not.
          */
@@ -769,6 +1767,48 @@ export interface components {
             readonly name: "pause";
         };
         /**
+         * PgnList
+         * @description What is in an uploaded file.
+         *
+         *     Attributes:
+         *         more: Whether there are more games than are listed.
+         */
+        readonly PgnList: {
+            /** Games */
+            readonly games: readonly components["schemas"]["Heading"][];
+            /** More */
+            readonly more: boolean;
+        };
+        /**
+         * PieceShape
+         * @description One kind of piece as the robot needs to know it.
+         *
+         *     Attributes:
+         *         height: Base to top, mm.
+         *         base_diameter: Widest part, at the bottom, mm.
+         *         head_diameter: Widest part above the grip, which must pass between the open fingers, mm.
+         *         grip_height: Height above the base at which the pads' centres close, mm.
+         *         grip_diameter: Thickness there, mm.
+         *         mass: grams (twin only).
+         */
+        readonly PieceShape: {
+            /** Base Diameter */
+            readonly base_diameter: number;
+            /** Grip Diameter */
+            readonly grip_diameter: number;
+            /** Grip Height */
+            readonly grip_height: number;
+            /** Head Diameter */
+            readonly head_diameter: number;
+            /** Height */
+            readonly height: number;
+            /**
+             * Mass
+             * @default 40
+             */
+            readonly mass?: number;
+        };
+        /**
          * PieceView
          * @description A piece on the table, truly (twin) or as the journal has it.
          *
@@ -779,16 +1819,16 @@ export interface components {
          *         quaternion: w, x, y, z, from the piece's frame to the robot's.
          */
         readonly PieceView: {
-            /** Id */
-            readonly id: number;
-            /** Letter */
-            readonly letter: string;
             /** At */
             readonly at: readonly [
                 number,
                 number,
                 number
             ];
+            /** Id */
+            readonly id: number;
+            /** Letter */
+            readonly letter: string;
             /**
              * Quaternion
              * @default [
@@ -806,6 +1846,107 @@ export interface components {
             ];
         };
         /**
+         * PiecesConfig
+         * @description The set of pieces: a preset, and what differs from it.
+         *
+         *     Attributes:
+         *         preset: "club" (Staunton No. 6, for 50 mm squares), "thesis" or "small" (for 35 mm squares).
+         *         king: Sizes that differ.
+         *         queen: Sizes that differ.
+         *         rook: Sizes that differ.
+         *         bishop: Sizes that differ.
+         *         knight: Sizes that differ.
+         *         pawn: Sizes that differ.
+         */
+        readonly PiecesConfig: {
+            readonly bishop?: components["schemas"]["ShapeConfig"];
+            readonly king?: components["schemas"]["ShapeConfig"];
+            readonly knight?: components["schemas"]["ShapeConfig"];
+            readonly pawn?: components["schemas"]["ShapeConfig"];
+            /**
+             * Preset
+             * @default club
+             * @enum {string}
+             */
+            readonly preset?: "club" | "thesis" | "small";
+            readonly queen?: components["schemas"]["ShapeConfig"];
+            readonly rook?: components["schemas"]["ShapeConfig"];
+        };
+        /**
+         * PortView
+         * @description A port and what answers there.
+         *
+         *     Attributes:
+         *         port: What to connect to.
+         *         answer: As `kempelen.app.port_scan.FoundPort`.
+         *         said: In plain words, with what to do.
+         */
+        readonly PortView: {
+            /**
+             * Answer
+             * @enum {string}
+             */
+            readonly answer: "grbl" | "foreign" | "silent" | "in use" | "forbidden" | "absent" | "twin";
+            /** Description */
+            readonly description: string;
+            /** Port */
+            readonly port: string;
+            /** Said */
+            readonly said: string;
+        };
+        /**
+         * PortsView
+         * @description The last scan.
+         *
+         *     Attributes:
+         *         kinds: Robots that there are drivers for.
+         *         at: When it was made, s since the epoch; None for never.
+         */
+        readonly PortsView: {
+            /** At */
+            readonly at: number | null;
+            /** Kinds */
+            readonly kinds: readonly string[];
+            /**
+             * Ports
+             * @default []
+             */
+            readonly ports: readonly components["schemas"]["PortView"][];
+        };
+        /**
+         * PoseView
+         * @description Where the board stands: a1's outer corner, mm, robot frame; turn and tilt in degrees.
+         */
+        readonly PoseView: {
+            /** Tilt */
+            readonly tilt: number;
+            /** Turn */
+            readonly turn: number;
+            /** X */
+            readonly x: number;
+            /** Y */
+            readonly y: number;
+            /** Z */
+            readonly z: number;
+        };
+        /**
+         * Problem
+         * @description Why a request was not answered.
+         *
+         *     Attributes:
+         *         error: What is wrong.
+         *         hint: What to do next.
+         */
+        readonly Problem: {
+            /** Error */
+            readonly error: string;
+            /**
+             * Hint
+             * @default
+             */
+            readonly hint: string;
+        };
+        /**
          * PromptView
          * @description Something that a person is asked for, or told to do.
          *
@@ -819,6 +1960,11 @@ export interface components {
          *         candidates: Of ``which_move``.
          */
         readonly PromptView: {
+            /**
+             * Candidates
+             * @default []
+             */
+            readonly candidates: readonly components["schemas"]["Candidate"][];
             /** Id */
             readonly id: string;
             /**
@@ -826,23 +1972,12 @@ export interface components {
              * @enum {string}
              */
             readonly kind: "do" | "yes_no" | "which_move" | "advice" | "draw";
+            /** Piece */
+            readonly piece: string | null;
+            /** Square */
+            readonly square: string | null;
             /** Text */
             readonly text: string;
-            /**
-             * Square
-             * @default null
-             */
-            readonly square: string | null;
-            /**
-             * Piece
-             * @default null
-             */
-            readonly piece: string | null;
-            /**
-             * Candidates
-             * @default []
-             */
-            readonly candidates: readonly components["schemas"]["Candidate"][];
         };
         /**
          * Record
@@ -877,12 +2012,6 @@ export interface components {
          * @description A message could not be understood or is not allowed; the socket stays open unless it goes on so.
          */
         readonly Refused: {
-            /**
-             * Type
-             * @default refused
-             * @constant
-             */
-            readonly type: "refused";
             /** Error */
             readonly error: string;
             /**
@@ -890,19 +2019,23 @@ export interface components {
              * @default
              */
             readonly hint: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly type: "refused";
         };
         /**
          * Replied
          * @description The answer to a command that came over this socket.
          */
         readonly Replied: {
+            readonly reply: components["schemas"]["Reply"];
             /**
-             * Type
-             * @default reply
-             * @constant
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
              */
             readonly type: "reply";
-            readonly reply: components["schemas"]["Reply"];
         };
         /**
          * Reply
@@ -913,10 +2046,6 @@ export interface components {
          *         hint: What to do next.
          */
         readonly Reply: {
-            /** Id */
-            readonly id: string;
-            /** Ok */
-            readonly ok: boolean;
             /**
              * Error
              * @default
@@ -927,6 +2056,10 @@ export interface components {
              * @default
              */
             readonly hint: string;
+            /** Id */
+            readonly id: string;
+            /** Ok */
+            readonly ok: boolean;
             /** Result */
             readonly result: {
                 readonly [key: string]: unknown;
@@ -963,6 +2096,8 @@ export interface components {
          * @description Go on with a game of the journal; the newest unfinished one when none is named.
          */
         readonly ResumeGame: {
+            /** Game */
+            readonly game?: number | null;
             /** Id */
             readonly id: string;
             /**
@@ -970,11 +2105,6 @@ export interface components {
              * @enum {string}
              */
             readonly name: "resume_game";
-            /**
-             * Game
-             * @default null
-             */
-            readonly game?: number | null;
         };
         /**
          * RobotView
@@ -988,34 +2118,31 @@ export interface components {
          */
         readonly RobotView: {
             /**
-             * Phase
-             * @default disconnected
+             * Gripper
+             * @default unknown
              */
-            readonly phase: string;
+            readonly gripper: string;
             /**
              * Homed
              * @default false
              */
             readonly homed: boolean;
             /**
-             * Position
-             * @default null
+             * Message
+             * @default
              */
+            readonly message: string;
+            /**
+             * Phase
+             * @default disconnected
+             */
+            readonly phase: string;
+            /** Position */
             readonly position: readonly [
                 number,
                 number,
                 number
             ] | null;
-            /**
-             * Gripper
-             * @default unknown
-             */
-            readonly gripper: string;
-            /**
-             * Message
-             * @default
-             */
-            readonly message: string;
         };
         /**
          * Say
@@ -1028,16 +2155,54 @@ export interface components {
          *         at: Server time, s since the epoch.
          */
         readonly Say: {
-            /** Kind */
-            readonly kind: string;
-            /** Text */
-            readonly text: string;
+            /** At */
+            readonly at: number;
             /** Data */
             readonly data: {
                 readonly [key: string]: string | number | boolean | null;
             };
-            /** At */
-            readonly at: number;
+            /** Kind */
+            readonly kind: string;
+            /** Text */
+            readonly text: string;
+        };
+        /**
+         * ScanWish
+         * @description What to look at beside this machine's serial ports.
+         *
+         *     Attributes:
+         *         address: ``socket://host:port`` or a device; empty for nothing more.
+         */
+        readonly ScanWish: {
+            /**
+             * Address
+             * @default
+             */
+            readonly address?: string;
+        };
+        /**
+         * SceneGeometry
+         * @description All that stands still, and the shapes of what moves.
+         *
+         *     Attributes:
+         *         robot_kind: Name of the driver.
+         *         live: Whether poses are the physics' own (twin) rather than the journal's.
+         *         shapes: By letter, ``K`` to ``P``.
+         */
+        readonly SceneGeometry: {
+            readonly board: components["schemas"]["BoardView"];
+            readonly gripper: components["schemas"]["GripperView"];
+            /** Live */
+            readonly live: boolean;
+            /** Robot Kind */
+            readonly robot_kind: string;
+            /** Shapes */
+            readonly shapes: {
+                readonly [key: string]: components["schemas"]["ShapeView"];
+            };
+            readonly space: components["schemas"]["SpaceView"];
+            /** Trays */
+            readonly trays: readonly components["schemas"]["TrayView"][];
         };
         /**
          * SceneView
@@ -1049,14 +2214,9 @@ export interface components {
          *         hand: Where the virtual person's hand is; None when it is away.
          *         pieces: Only those that moved since the last one, in a delta; all of them in a snapshot.
          *         whole: Whether ``pieces`` holds all that there are: others are gone.
+         *         table: Identifies what stands still: when it is another one, GET /api/scene has other geometry.
          */
         readonly SceneView: {
-            /** Tool */
-            readonly tool: readonly [
-                number,
-                number,
-                number
-            ] | null;
             /** Closed */
             readonly closed: boolean;
             /** Hand */
@@ -1067,6 +2227,17 @@ export interface components {
             ] | null;
             /** Pieces */
             readonly pieces: readonly components["schemas"]["PieceView"][];
+            /**
+             * Table
+             * @default
+             */
+            readonly table: string;
+            /** Tool */
+            readonly tool: readonly [
+                number,
+                number,
+                number
+            ] | null;
             /**
              * Whole
              * @default true
@@ -1121,14 +2292,56 @@ export interface components {
             readonly speed: number;
         };
         /**
+         * ShapeConfig
+         * @description What differs from the preset in one kind of piece.
+         *
+         *     Attributes:
+         *         height: Base to top, mm.
+         *         base_diameter: Widest part, at the bottom, mm.
+         *         head_diameter: Widest part above the grip, mm.
+         *         grip_height: Height above the base at which the pads' centres close, mm.
+         *         grip_diameter: Thickness there, mm.
+         *         mass: Grams (twin only).
+         */
+        readonly ShapeConfig: {
+            /** Base Diameter */
+            readonly base_diameter?: number | null;
+            /** Grip Diameter */
+            readonly grip_diameter?: number | null;
+            /** Grip Height */
+            readonly grip_height?: number | null;
+            /** Head Diameter */
+            readonly head_diameter?: number | null;
+            /** Height */
+            readonly height?: number | null;
+            /** Mass */
+            readonly mass?: number | null;
+        };
+        /**
+         * ShapeView
+         * @description One kind of piece, mm, as `kempelen.core.pieces.PieceShape`.
+         */
+        readonly ShapeView: {
+            /** Base Diameter */
+            readonly base_diameter: number;
+            /** Grip Diameter */
+            readonly grip_diameter: number;
+            /** Grip Height */
+            readonly grip_height: number;
+            /** Head Diameter */
+            readonly head_diameter: number;
+            /** Height */
+            readonly height: number;
+        };
+        /**
          * SideView
          * @description Who plays one colour.
          */
         readonly SideView: {
-            /** Name */
-            readonly name: string;
             /** Kind */
             readonly kind: string;
+            /** Name */
+            readonly name: string;
         };
         /**
          * Snapshot
@@ -1140,29 +2353,46 @@ export interface components {
          *         at: Server time, s since the epoch, for clocks.
          */
         readonly Snapshot: {
-            /**
-             * Type
-             * @default snapshot
-             * @constant
-             */
-            readonly type: "snapshot";
-            /** Epoch */
-            readonly epoch: string;
-            /** Sequence */
-            readonly sequence: number;
             /** At */
             readonly at: number;
+            /** Epoch */
+            readonly epoch: string;
             /**
              * Role
              * @enum {string}
              */
             readonly role: "operator" | "player" | "spectator";
-            readonly topics: components["schemas"]["Topics"];
             /**
              * Said
              * @default []
              */
             readonly said: readonly components["schemas"]["Say"][];
+            /** Sequence */
+            readonly sequence: number;
+            readonly topics: components["schemas"]["Topics"];
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly type: "snapshot";
+        };
+        /**
+         * SpaceView
+         * @description The box that the tool point can reach, mm, robot frame.
+         */
+        readonly SpaceView: {
+            /** Lower */
+            readonly lower: readonly [
+                number,
+                number,
+                number
+            ];
+            /** Upper */
+            readonly upper: readonly [
+                number,
+                number,
+                number
+            ];
         };
         /**
          * SquaresView
@@ -1176,14 +2406,14 @@ export interface components {
         readonly SquaresView: {
             /** Fps */
             readonly fps: number;
+            /** Heights */
+            readonly heights: readonly (number | null)[] | null;
             /** Occupancy */
             readonly occupancy: readonly (readonly [
                 number,
                 number,
                 number
             ])[];
-            /** Heights */
-            readonly heights: readonly (number | null)[] | null;
         };
         /**
          * StationView
@@ -1203,51 +2433,48 @@ export interface components {
          */
         readonly StationView: {
             /**
-             * Phase
-             * @default off
-             * @enum {string}
-             */
-            readonly phase: "off" | "connecting" | "ready" | "starting" | "playing" | "leaving";
-            /**
              * Busy
              * @default
              */
             readonly busy: string;
-            /**
-             * Robot Kind
-             * @default gantry
-             */
-            readonly robot_kind: string;
-            /**
-             * Port
-             * @default twin
-             */
-            readonly port: string;
-            /**
-             * On Twin
-             * @default true
-             */
-            readonly on_twin: boolean;
-            /**
-             * Speed
-             * @default 1
-             */
-            readonly speed: number;
             /**
              * Calibrated
              * @default false
              */
             readonly calibrated: boolean;
             /**
-             * Game
-             * @default null
-             */
-            readonly game: number | null;
-            /**
              * Faults
              * @default []
              */
             readonly faults: readonly components["schemas"]["Fault"][];
+            /** Game */
+            readonly game: number | null;
+            /**
+             * On Twin
+             * @default true
+             */
+            readonly on_twin: boolean;
+            /**
+             * Phase
+             * @default off
+             * @enum {string}
+             */
+            readonly phase: "off" | "connecting" | "ready" | "starting" | "playing" | "leaving";
+            /**
+             * Port
+             * @default twin
+             */
+            readonly port: string;
+            /**
+             * Robot Kind
+             * @default gantry
+             */
+            readonly robot_kind: string;
+            /**
+             * Speed
+             * @default 1
+             */
+            readonly speed: number;
         };
         /**
          * SwapMode
@@ -1257,20 +2484,15 @@ export interface components {
             /** Id */
             readonly id: string;
             /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            readonly name: "swap_mode";
-            /**
              * Mode
              * @enum {string}
              */
             readonly mode: "play" | "watch" | "replay";
             /**
-             * Side
-             * @default null
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
              */
-            readonly side?: ("white" | "black") | null;
+            readonly name: "swap_mode";
             /**
              * Pgn
              * @default
@@ -1281,6 +2503,54 @@ export interface components {
              * @default 1
              */
             readonly pgn_game?: number;
+            /** Side */
+            readonly side?: ("white" | "black") | null;
+        };
+        /**
+         * TableForm
+         * @description The part of the table that a form edits.
+         *
+         *     Attributes:
+         *         square: Side of a square, mm; a calibration overrules it.
+         *         trays: Where pieces stand beside the board.
+         *         pieces: How large they are.
+         */
+        readonly TableForm: {
+            readonly pieces?: components["schemas"]["PiecesConfig"];
+            /** Square */
+            readonly square: number;
+            /** Trays */
+            readonly trays: readonly components["schemas"]["Tray"][];
+        };
+        /**
+         * TableView
+         * @description The table in force.
+         *
+         *     Attributes:
+         *         form: What can be edited of it.
+         *         fit: What came of that.
+         *         calibrated: Whether the board was measured: its square and place then come from there.
+         *         presets: Sizes of each kind, by set.
+         *         gripper: Sizes of the hand.
+         *         editable: Whether it can be saved now; ``why_not`` tells otherwise.
+         */
+        readonly TableView: {
+            /** Calibrated */
+            readonly calibrated: boolean;
+            readonly fit: components["schemas"]["FitView"];
+            readonly form: components["schemas"]["TableForm"];
+            readonly gripper: components["schemas"]["Gripper"];
+            /** Presets */
+            readonly presets: {
+                readonly [key: string]: {
+                    readonly [key: string]: components["schemas"]["PieceShape"];
+                };
+            };
+            /**
+             * Why Not
+             * @default
+             */
+            readonly why_not: string;
         };
         /**
          * Takeback
@@ -1294,10 +2564,7 @@ export interface components {
              * @enum {string}
              */
             readonly name: "takeback";
-            /**
-             * Plies
-             * @default null
-             */
+            /** Plies */
             readonly plies?: number | null;
         };
         /**
@@ -1308,6 +2575,8 @@ export interface components {
          *         line: In SAN.
          */
         readonly ThinkingView: {
+            /** Centipawns */
+            readonly centipawns: number | null;
             /**
              * Colour
              * @enum {string}
@@ -1315,12 +2584,10 @@ export interface components {
             readonly colour: "white" | "black";
             /** Depth */
             readonly depth: number;
-            /** Centipawns */
-            readonly centipawns: number | null;
-            /** Mate */
-            readonly mate: number | null;
             /** Line */
             readonly line: readonly string[];
+            /** Mate */
+            readonly mate: number | null;
             /** Nodes */
             readonly nodes: number;
         };
@@ -1329,37 +2596,29 @@ export interface components {
          * @description All topics; those that a client does not follow, or may not see, are None.
          */
         readonly Topics: {
-            /** @default null */
-            readonly station: components["schemas"]["StationView"] | null;
-            /** @default null */
-            readonly robot: components["schemas"]["RobotView"] | null;
-            /** @default null */
-            readonly game: components["schemas"]["GameView"] | null;
-            /** @default null */
-            readonly thinking: components["schemas"]["ThinkingView"] | null;
-            /** @default null */
             readonly activity: components["schemas"]["ActivityView"] | null;
-            /**
-             * Prompts
-             * @default null
-             */
-            readonly prompts: readonly components["schemas"]["PromptView"][] | null;
-            /** @default null */
-            readonly eyes: components["schemas"]["EyesView"] | null;
-            /** @default null */
-            readonly squares: components["schemas"]["SquaresView"] | null;
-            /** @default null */
-            readonly scene: components["schemas"]["SceneView"] | null;
-            /** @default null */
             readonly calibration: components["schemas"]["CalibrationView"] | null;
-            /** @default null */
             readonly clients: components["schemas"]["ClientsView"] | null;
+            readonly eyes: components["schemas"]["EyesView"] | null;
+            readonly game: components["schemas"]["GameView"] | null;
+            /** Prompts */
+            readonly prompts: readonly components["schemas"]["PromptView"][] | null;
+            readonly robot: components["schemas"]["RobotView"] | null;
+            readonly scene: components["schemas"]["SceneView"] | null;
+            readonly squares: components["schemas"]["SquaresView"] | null;
+            readonly station: components["schemas"]["StationView"] | null;
+            readonly thinking: components["schemas"]["ThinkingView"] | null;
         };
         /**
          * Touch
          * @description The closed fingertips are at this outer corner now.
          */
         readonly Touch: {
+            /**
+             * Corner
+             * @enum {string}
+             */
+            readonly corner: "a1" | "h1" | "h8" | "a8";
             /** Id */
             readonly id: string;
             /**
@@ -1367,11 +2626,94 @@ export interface components {
              * @enum {string}
              */
             readonly name: "touch";
+        };
+        /**
+         * Tray
+         * @description A grid of slots beside the board, fixed to the board's frame.
+         *
+         *     Slot 1 is at ``origin``; numbers run along board y first (``rows``), then along board x (``columns``).
+         *
+         *     Attributes:
+         *         name: Lower-case letters; the slots are ``name1`` .. ``name<rows*columns>``.
+         *         origin: Centre of slot 1 in the board frame: x, y, mm.
+         *         rows: Slots along the board's y.
+         *         columns: Slots along the board's x.
+         *         pitch: Distance of neighbouring slots, mm.
+         *         height: Of the tray's surface above the playing surface, mm; negative when lower.
+         */
+        readonly Tray: {
             /**
-             * Corner
-             * @enum {string}
+             * Columns
+             * @default 2
              */
-            readonly corner: "a1" | "h1" | "h8" | "a8";
+            readonly columns?: number;
+            /**
+             * Height
+             * @default 0
+             */
+            readonly height?: number;
+            /** Name */
+            readonly name: string;
+            /** Origin */
+            readonly origin: readonly [
+                number,
+                number
+            ];
+            /**
+             * Pitch
+             * @default 50
+             */
+            readonly pitch?: number;
+            /**
+             * Rows
+             * @default 8
+             */
+            readonly rows?: number;
+        };
+        /**
+         * TrayView
+         * @description A tray.
+         *
+         *     Attributes:
+         *         pitch: Distance of neighbouring slots, mm.
+         *         rows: Slots along the board's y.
+         *         columns: Slots along the board's x.
+         *         slots: In order of their numbers: along the rows first.
+         */
+        readonly TrayView: {
+            /** Columns */
+            readonly columns: number;
+            /** Name */
+            readonly name: string;
+            /** Pitch */
+            readonly pitch: number;
+            /** Rows */
+            readonly rows: number;
+            /** Slots */
+            readonly slots: readonly components["schemas"]["kempelen__server__scene__SlotView"][];
+        };
+        /** @description What clients send over /api/ws. */
+        readonly Up: components["schemas"]["Follow"] | components["schemas"]["Ask"];
+        /**
+         * Upload
+         * @description A PGN file.
+         */
+        readonly Upload: {
+            /** Pgn */
+            readonly pgn: string;
+        };
+        /** ValidationError */
+        readonly ValidationError: {
+            /** Context */
+            readonly ctx?: Record<string, never>;
+            /** Input */
+            readonly input?: unknown;
+            /** Location */
+            readonly loc: readonly (string | number)[];
+            /** Message */
+            readonly msg: string;
+            /** Error Type */
+            readonly type: string;
         };
         /**
          * WireLine
@@ -1381,17 +2723,54 @@ export interface components {
          *         way: ``out`` to the robot, ``in`` from it.
          */
         readonly WireLine: {
-            /** Number */
-            readonly number: number;
             /** At */
             readonly at: number;
+            /** Number */
+            readonly number: number;
+            /** Text */
+            readonly text: string;
             /**
              * Way
              * @enum {string}
              */
             readonly way: "out" | "in";
-            /** Text */
-            readonly text: string;
+        };
+        /**
+         * WireView
+         * @description Lines on the robot's wire, oldest first.
+         */
+        readonly WireView: {
+            /** Lines */
+            readonly lines: readonly components["schemas"]["WireLine"][];
+        };
+        /**
+         * SlotView
+         * @description A place on the table: x, y, mm, robot frame.
+         */
+        readonly kempelen__server__operator_views__SlotView: {
+            /** Area */
+            readonly area: string;
+            /** At */
+            readonly at: readonly [
+                number,
+                number
+            ];
+            /** Name */
+            readonly name: string;
+        };
+        /**
+         * SlotView
+         * @description A slot of a tray: its name and its centre, mm, robot frame.
+         */
+        readonly kempelen__server__scene__SlotView: {
+            /** At */
+            readonly at: readonly [
+                number,
+                number,
+                number
+            ];
+            /** Name */
+            readonly name: string;
         };
     };
     responses: never;
@@ -1401,4 +2780,732 @@ export interface components {
     pathItems: never;
 }
 export type $defs = Record<string, never>;
-export type operations = Record<string, never>;
+export interface operations {
+    readonly about_api_about_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["AboutView"];
+                };
+            };
+        };
+    };
+    readonly last_findings_api_about_doctor_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DoctorView"] | null;
+                };
+            };
+        };
+    };
+    readonly examine_api_about_doctor_post: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DoctorView"];
+                };
+            };
+        };
+    };
+    readonly calibration_api_calibration_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["MeasuredView"];
+                };
+            };
+        };
+    };
+    readonly obey_api_commands_post: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Reply"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly engines_api_engines_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["EngineView"][];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly parameters_api_eyes_parameters_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["ParameterView"][];
+                };
+            };
+        };
+    };
+    readonly picture_api_eyes_picture_get: {
+        readonly parameters: {
+            readonly query?: {
+                readonly ground?: components["schemas"]["Ground"];
+                readonly layers?: readonly components["schemas"]["Layer"][];
+                readonly width?: number;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "image/jpeg": unknown;
+                };
+            };
+            /** @description Validation Error */
+            readonly 422: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    readonly fit_api_fit_post: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["TableForm"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["FitView"];
+                };
+            };
+            /** @description Validation Error */
+            readonly 422: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    readonly games_api_games_get: {
+        readonly parameters: {
+            readonly query?: {
+                readonly first?: number;
+                readonly count?: number;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["GameList"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly game_api_games__number__get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly number: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["GameRecord"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly pgn_api_games__number__pgn_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly number: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/x-chess-pgn": string;
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/x-chess-pgn": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly link_api_links_post: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["LinkWish"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Link"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly program_api_logs_program_get: {
+        readonly parameters: {
+            readonly query?: {
+                readonly after?: number;
+                readonly limit?: number;
+                readonly match?: string;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["LogView"];
+                };
+            };
+            /** @description Validation Error */
+            readonly 422: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    readonly wire_api_logs_wire_get: {
+        readonly parameters: {
+            readonly query?: {
+                readonly after?: number;
+                readonly limit?: number;
+                readonly match?: string;
+            };
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["WireView"];
+                };
+            };
+            /** @description Validation Error */
+            readonly 422: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    readonly me_api_me_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly contents_api_pgn_post: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["Upload"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PgnList"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly last_scan_api_ports_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PortsView"];
+                };
+            };
+        };
+    };
+    readonly scan_api_ports_scan_post: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["ScanWish"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["PortsView"];
+                };
+            };
+            /** @description Validation Error */
+            readonly 422: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    readonly qr_api_qr_svg_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "image/svg+xml": string;
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "image/svg+xml": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly scene_api_scene_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["SceneGeometry"];
+                };
+            };
+        };
+    };
+    readonly enter_api_session_post: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["Entry"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Me"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly leave_api_session_delete: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 204: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly state_api_state_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Snapshot"];
+                };
+            };
+            /** @description Client Error */
+            readonly "4XX": {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    readonly table_api_table_get: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["TableView"];
+                };
+            };
+        };
+    };
+    readonly save_api_table_put: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["TableForm"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["TableView"];
+                };
+            };
+            /** @description Validation Error */
+            readonly 422: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+}

@@ -6,11 +6,11 @@ export interface Settings {
   locale: Locale | "";
   /** Evaluation bar and the engine's line. */
   thinking: boolean;
-  /** Whether the 3D view is open on the game page. */
-  scene: boolean;
+  /** What the game page shows. */
+  view: "board" | "scene" | "both";
   /** Speak moves and prompts. */
   speech: boolean;
-  /** Sounds are made by the board itself; this is for the page's own. */
+  /** Letters and numbers on the board's edge. */
   coordinates: boolean;
   /** Board seen from: the person's side, or one colour always. */
   orientation: "auto" | "white" | "black";
@@ -21,7 +21,7 @@ const DEFAULTS: Settings = {
   theme: "auto",
   locale: "",
   thinking: true,
-  scene: false,
+  view: "board",
   speech: false,
   coordinates: true,
   orientation: "auto",

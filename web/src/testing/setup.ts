@@ -1,2 +1,11 @@
-// jsdom has no layout and no dialogs: what the components need of both.
+// What jsdom lacks and the components need: dialogs as the browser has them.
+import "@testing-library/jest-dom/vitest";
 import "@testing-library/svelte/vitest";
+
+HTMLDialogElement.prototype.showModal ??= function (this: HTMLDialogElement) {
+  this.open = true;
+};
+HTMLDialogElement.prototype.close ??= function (this: HTMLDialogElement) {
+  this.open = false;
+  this.dispatchEvent(new Event("close"));
+};
