@@ -1,10 +1,11 @@
 """Reads a person's moves off the board, and tells what it is unsure of."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import chess
 
+from kempelen.app.judge import absent
 from kempelen.core import events
 from kempelen.core.geometry import Array
 from kempelen.core.senses import BoardSensor, Observation
@@ -112,8 +113,8 @@ class CameraReader:
                 self._advise(_other_move(board, plies, moves))
             case verdicts.Unsure():
                 self._ask(verdict)
-            case verdicts.Wrong(advice=advice):
-                self._advise(advice)
+            case verdicts.Wrong(advice=advice, differences=differences):
+                self._advise(advice, differences)
             case verdicts.Unchanged():
                 self._settle()
             case _:
@@ -127,11 +128,11 @@ class CameraReader:
             moves = tuple(move.uci() for move in self.candidates)
             self._tell(events.SensorUnsure(verdict.question, moves))
 
-    def _advise(self, advice: str) -> None:
+    def _advise(self, advice: str, differences: Sequence[verdicts.Difference] = ()) -> None:
         self.candidates = ()
         self.stuck.set()
         if self._is_new(advice):
-            self._tell(events.BoardDiffers(advice))
+            self._tell(events.BoardDiffers(advice, *absent(differences)))
 
     def _is_new(self, text: str) -> bool:
         new, self._said = text != self._said, text

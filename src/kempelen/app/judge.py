@@ -2,9 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 
+import chess
+
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import PieceSet
-from kempelen.core.places import Layout, Transfer
+from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.senses import EMPTY, Observation
 from kempelen.game.verify import Fault
 from kempelen.sensing.moves.check import Agrees, CannotTell, CheckParameters, Disagrees, PositionCheck
@@ -62,7 +64,9 @@ class BoardJudge:
         self._faults += 1
         if self._faults < FAULT_FRAMES:
             return False
-        return Fault(verdict.sentence, missed_of(self._transfers, verdict.differences))
+        piece, place = absent(verdict.differences)
+        missed = missed_of(self._transfers, verdict.differences)
+        return Fault(verdict.sentence, missed, piece=piece, place=place)
 
     def _doubt(self, verdict: CannotTell, time: float) -> bool | Fault:
         if not self._doubts:
@@ -71,6 +75,14 @@ class BoardJudge:
         if self._doubts < DOUBT_FRAMES or time - self._since < DOUBT_S:
             return False
         return Fault(f"{verdict.reason} Look at it, and put it right if need be.", doubtful=True)
+
+
+def absent(found: Iterable[Difference]) -> tuple[chess.Piece, Place] | tuple[None, None]:
+    """The first piece that is not where it belongs, and its place; nothing when there are only too many."""
+    for difference in found:
+        if difference.expected is not None:
+            return difference.expected, Place(chess.square_name(difference.square))
+    return None, None
 
 
 def missed_of(transfers: Iterable[Transfer], found: Sequence[Difference]) -> tuple[Transfer, ...]:

@@ -10,8 +10,8 @@ from kempelen.app.station_types import Prompt
 from kempelen.core import events
 from kempelen.core.errors import GameError
 
-_UNSURE, _DIFFERS, _DRAW, _BY_ITSELF = "unsure", "differs", "draw", "by itself"
-_FIRST_MOVE_ENDS = (events.MoveProposed, events.MoveTakenBack, events.ModeSwapped)
+_BOARD, _DRAW, _BY_ITSELF = "board", "draw", "by itself"
+_SETTLED_BY = (events.MoveProposed, events.MoveTakenBack, events.ModeSwapped, events.Resumed)
 
 
 class Prompts:
@@ -28,6 +28,7 @@ class Prompts:
         self._numbers = itertools.count(1)
         self._open: dict[str, Prompt] = {}  # by what they are about: there is one offer, one doubt
         self._answers: dict[str, asyncio.Future[str]] = {}
+        self._asked: events.OperatorAsked | None = None
 
     @property
     def open(self) -> tuple[Prompt, ...]:
@@ -36,7 +37,8 @@ class Prompts:
 
     async def ask(self, question: Question) -> str:
         """Put a question and wait for its answer: a `kempelen.app.people.Ask`."""
-        prompt = Prompt(self._id(), question.kind, question.text, question.place, question.piece)
+        asked = self._asked if self._asked is not None and self._asked.text == question.text else question
+        prompt = Prompt(self._id(), question.kind, question.text, asked.place, asked.piece)
         self._answers[prompt.id] = asyncio.get_running_loop().create_future()
         self._put(prompt.id, prompt)
         try:
@@ -80,15 +82,19 @@ class Prompts:
     def hear(self, event: events.Event) -> None:
         """Take what the game tells."""
         match event:
-            case events.OperatorAsked() if self._goes_by_itself():
-                self._tell(_BY_ITSELF, Prompt("", "advice", event.text, event.place, event.piece))
+            case events.OperatorAsked():
+                self._asked = (
+                    event  # at a real table the same is asked in words, and knows no more than those
+                )
+                if self._goes_by_itself():
+                    self._tell(_BY_ITSELF, Prompt("", "advice", event.text, event.place, event.piece))
             case events.OperatorAnswered():
                 self._drop(_BY_ITSELF)
             case events.SensorUnsure():
                 text, moves = event.question, event.candidates
-                self._tell(_UNSURE, Prompt("", "which_move", text, candidates=moves))
+                self._tell(_BOARD, Prompt("", "which_move", text, candidates=moves))
             case events.BoardDiffers():
-                self._tell(_DIFFERS, Prompt("", "advice", event.advice))
+                self._tell(_BOARD, Prompt("", "advice", event.advice, event.place, event.piece))
             case events.DrawOffered() if self._is_to_a_person(event):
                 text = f"{'White' if event.colour else 'Black'} offers a draw. Agree?"
                 self._tell(_DRAW, Prompt("", "draw", text))
@@ -100,12 +106,11 @@ class Prompts:
     def _hear_of_moves(self, event: events.Event) -> None:
         if isinstance(event, events.GameOver):
             self.clear()
-        elif isinstance(event, _FIRST_MOVE_ENDS):
-            self._drop(_UNSURE)
-            self._drop(_DIFFERS)
+        elif isinstance(event, _SETTLED_BY):
+            self._drop(_BOARD)
 
     def _goes_by_itself(self) -> bool:
-        """On the twin the virtual person does what is asked; at a real table the same is asked in words."""
+        """On the twin the virtual person does what is asked."""
         game = self._game()
         return game is not None and game.session.control is not None
 

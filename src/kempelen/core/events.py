@@ -217,9 +217,13 @@ class BoardDiffers:
 
     Attributes:
         advice: What to put where; empty when the board is right again.
+        piece: That is missed, if one is.
+        place: Where it belongs.
     """
 
     advice: str
+    piece: chess.Piece | None = None
+    place: Place | None = None
 
 
 @dataclass(frozen=True, slots=True)

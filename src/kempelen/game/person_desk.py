@@ -101,7 +101,7 @@ class PersonDesk:
             Whether a person's word is to be taken that all is right: where nothing can be made out, or where
             the same is found wrong again.
         """
-        self._bus.emit(events.OperatorAsked(fault.text))
+        self._bus.emit(events.OperatorAsked(fault.text, fault.piece, fault.place))
         person = self._somebody(fault.text)
         seen = await self._seen_before(person.put_right(fault.text), transfers, standing)
         if seen:

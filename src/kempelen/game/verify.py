@@ -7,7 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from kempelen.core.places import Layout, Transfer
+import chess
+
+from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.senses import BoardSensor, Observation
 
 LOOKS_IN_PASSING = 3
@@ -22,11 +24,15 @@ class Fault:
         text: One plain sentence that tells a person what to put right: "put the white knight back on f3".
         missed: Transfers whose piece still stands where it stood: the robot may try them again.
         doubtful: It cannot be made out whether anything is wrong: a person's word settles it.
+        piece: That is missed, if one is.
+        place: Where it belongs.
     """
 
     text: str
     missed: tuple[Transfer, ...] = ()
     doubtful: bool = False
+    piece: chess.Piece | None = None
+    place: Place | None = None
 
 
 class Verifier(Protocol):

@@ -82,10 +82,16 @@ def test_what_the_virtual_person_does_is_told_until_it_is_done() -> None:
     assert desk.prompts.open == ()
 
 
-def test_at_a_real_table_the_same_is_not_told_twice() -> None:
+async def test_at_a_real_table_the_same_is_asked_and_not_told_twice() -> None:
     desk = Desk(twin=False)
     desk.prompts.hear(ASKED)
-    assert desk.prompts.open == ()
+    assert desk.kinds == []
+    asking = asyncio.ensure_future(desk.prompts.ask(Question(ASKED.text)))
+    await asyncio.sleep(0)
+    (prompt,) = desk.prompts.open
+    assert (prompt.kind, prompt.piece, prompt.place) == ("do", KNIGHT, Place("f3"))
+    desk.prompts.answer(prompt.id, "done")
+    assert await asking == "done"
 
 
 async def test_a_doubt_of_the_eyes_is_answered_by_a_move() -> None:
@@ -106,11 +112,14 @@ async def test_a_doubt_of_the_eyes_is_answered_by_a_move() -> None:
 
 def test_advice_goes_when_the_board_is_right_or_the_move_is_made() -> None:
     desk = Desk()
-    desk.prompts.hear(events.BoardDiffers("Put the knight back on g1."))
-    desk.prompts.hear(UNSURE)
-    assert desk.kinds == ["advice", "which_move"]
-    desk.prompts.hear(events.BoardDiffers(""))
+    desk.prompts.hear(events.BoardDiffers("Put the knight back on g1.", KNIGHT, Place("g1")))
+    (prompt,) = desk.prompts.open
+    assert (prompt.kind, prompt.piece, prompt.place) == ("advice", KNIGHT, Place("g1"))
+    desk.prompts.hear(UNSURE)  # the eyes say one thing at a time
     assert desk.kinds == ["which_move"]
+    desk.prompts.hear(events.BoardDiffers(""))
+    assert desk.kinds == []
+    desk.prompts.hear(events.BoardDiffers("Put the knight back on g1."))
     desk.prompts.hear(events.MoveProposed(1, chess.WHITE, "e4", "e2e4", ()))
     assert desk.prompts.open == ()
 
