@@ -26,7 +26,7 @@ export function presetView(preset: Preset, reach: number, aspect: number, side: 
   const back = reach * Math.max(1, 1.32 / aspect);
   if (preset === "top") return { azimuth, elevation: HIGHEST, distance: 1.36 * back, target: [0, 0, 0] };
   if (preset === "follow") return { azimuth: azimuth + 0.62, elevation: 0.5, distance: 0.62, target: [0, 0.05, 0] };
-  return { azimuth: azimuth + 0.3, elevation: 0.56, distance: 1.32 * back, target: [0, 0.045, 0.01] };
+  return { azimuth: azimuth + 0.22, elevation: 0.66, distance: 1.24 * back, target: [0, 0.045, 0.01] };
 }
 
 /** What a key does to a view; null when it is none of ours. */

@@ -107,12 +107,17 @@ export class Gantry {
   readonly #pole = new Group();
   readonly #fingers: readonly [Group, Group];
   readonly #padOpen: number;
+  /** The portal's two columns: at the near side of White, and at that of Black. */
+  readonly #columns: Mesh[] = [];
+  readonly #clear: Material;
 
   constructor(
     private readonly geometry: Geometry,
-    materials: Materials,
+    private readonly materials: Materials,
   ) {
     const { gripper } = geometry;
+    this.#clear = materials.aluminium.clone();
+    Object.assign(this.#clear, { transparent: true, opacity: 0.2, depthWrite: false });
     this.#padOpen = gripper.opening / 2;
     this.#fingers = [this.#finger(-1, materials), this.#finger(1, materials)];
     this.#frame(materials);
@@ -135,6 +140,17 @@ export class Gantry {
     this.#fingers[1].position.x = -shift;
   }
 
+  /** Lets an eye at `y`, robot frame, see through the column that stands before it. */
+  seenFrom(y: number): void {
+    const { lower, upper } = this.geometry.space;
+    const hides = [y < lower[1] - 60, y > upper[1] + 60];
+    this.#columns.forEach((column, i) => (column.material = hides[i] ? this.#clear : this.materials.aluminium));
+  }
+
+  dispose(): void {
+    this.#clear.dispose();
+  }
+
   #frame(m: Materials): void {
     const { lower, upper } = this.geometry.space;
     const floor = -this.geometry.board.thickness + this.geometry.board.origin[2];
@@ -146,7 +162,9 @@ export class Gantry {
       this.root.add(box([x1 - x0 + 150, beam, 14], [middle, y, floor + 7], m.aluminium, 2));
       this.root.add(box([x1 - x0 + 120, 6, 4], [middle, y, floor + 15.5], m.steel, 1));
       for (const x of [x0 - 82, x1 + 82]) this.root.add(box([16, beam + 8, 22], [x, y, floor + 11], m.dark, 3));
-      this.#portal.add(box([beam, beam, level - floor - 40], [0, y, (level + floor + 16) / 2], m.aluminium, 2.5));
+      const column = box([beam, beam, level - floor - 40], [0, y, (level + floor + 16) / 2], m.aluminium, 2.5);
+      this.#columns.push(column);
+      this.#portal.add(column);
       this.#portal.add(box([96, beam + 10, 26], [0, y, floor + 31], m.dark, 5));
       this.#portal.add(box([40, beam + 12, 40], [0, y, level - 4], m.dark, 5));
       for (const wheel of [-32, 32]) {

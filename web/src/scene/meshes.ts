@@ -160,7 +160,7 @@ function slopes(run: Outline): (readonly [number, number])[] {
 
 function cross(soup: Soup, shape: Shape): void {
   const tall = crossHeight(shape) * 1.25;
-  const [low, wide, thick] = [shape.height - tall, 0.3 * tall, 0.2 * tall];
+  const [low, wide, thick] = [shape.height - tall, 0.3 * tall, 0.26 * tall];
   // Four arms that widen outwards (a pattée), drawn once and turned.
   const arm = (from: number, to: number, a: number, b: number, angle: number): void => {
     const [c, s] = [Math.cos(angle), Math.sin(angle)];

@@ -209,7 +209,7 @@ const HEADS: Record<Exclude<Kind, "N">, Head> & { N: Head } = {
 
 /** Height of the king's cross, which ends at the king's. */
 export function crossHeight(shape: Shape): number {
-  return 0.24 * (shape.height - shape.grip_height);
+  return 0.27 * (shape.height - shape.grip_height);
 }
 
 function ball(turner: Turner, radius: number, low: number, top: number, neck: number): void {

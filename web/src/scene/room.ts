@@ -1,12 +1,12 @@
 // The room: table, floor, light. Metres, y up; the playing surface's middle is at the origin of the stage.
 import {
-  AmbientLight,
   BackSide,
   BoxGeometry,
   CircleGeometry,
   Color,
   DirectionalLight,
   Fog,
+  HemisphereLight,
   Mesh,
   MeshBasicMaterial,
   MeshStandardMaterial,
@@ -28,13 +28,14 @@ interface Mood {
   readonly keyStrength: number;
   readonly fill: string;
   readonly fillStrength: number;
+  readonly ground: string;
   readonly surroundings: number;
   readonly exposure: number;
 }
 
 const MOODS: Record<Theme, Mood> = {
-  light: { wall: "#e9e3d8", floor: "#d9d1c3", key: "#fff0d8", keyStrength: 2.5, fill: "#dfe8f5", fillStrength: 0.28, surroundings: 0.62, exposure: 1.0 },
-  dark: { wall: "#14130f", floor: "#191713", key: "#ffdcae", keyStrength: 2.7, fill: "#7f90b8", fillStrength: 0.16, surroundings: 0.26, exposure: 1.0 },
+  light: { wall: "#e9e3d8", floor: "#d9d1c3", key: "#fff3e2", keyStrength: 2.3, fill: "#dfe8f5", fillStrength: 0.3, ground: "#8a7a66", surroundings: 0.62, exposure: 1.0 },
+  dark: { wall: "#14130f", floor: "#191713", key: "#ffdcae", keyStrength: 2.6, fill: "#7f90b8", fillStrength: 0.2, ground: "#2a2018", surroundings: 0.3, exposure: 1.0 },
 };
 
 /** Of the playing surface above the floor, m. */
@@ -43,17 +44,23 @@ export const TABLE_HEIGHT = 0.76;
 export class Room {
   readonly scene = new Scene();
   readonly key = new DirectionalLight();
-  readonly #fill = new AmbientLight();
+  readonly #fill = new HemisphereLight();
+  readonly #rim = new DirectionalLight();
   readonly #floor = new Mesh(new CircleGeometry(9, 48), new MeshStandardMaterial({ roughness: 0.95 }));
   readonly #top = new MeshStandardMaterial({ roughness: 0.62 });
   readonly #woods = { light: woodTexture(OAK, 3, [2, 3], 1024), dark: woodTexture(SMOKED, 3, [2, 3], 1024) };
 
-  constructor(private readonly renderer: WebGLRenderer) {
+  /** @param rich Whether metal and varnish mirror a room: too much for a processor that draws by itself. */
+  constructor(
+    private readonly renderer: WebGLRenderer,
+    private readonly rich: boolean,
+  ) {
     this.#floor.rotation.x = -Math.PI / 2;
     this.#floor.receiveShadow = true;
     this.scene.add(this.#floor, this.#fill, this.key, this.key.target);
     this.key.castShadow = true;
-    this.key.shadow.mapSize.set(2048, 2048);
+    this.key.shadow.mapSize.setScalar(rich ? 2048 : 1024);
+    if (!rich) this.scene.add(this.#rim);
     this.key.shadow.radius = 5;
     this.key.shadow.bias = -0.0004;
     this.key.shadow.normalBias = 0.0015;
@@ -99,8 +106,13 @@ export class Room {
     this.key.color.set(mood.key);
     this.key.intensity = mood.keyStrength;
     this.#fill.color.set(mood.fill);
-    this.#fill.intensity = mood.fillStrength;
+    this.#fill.groundColor.set(mood.ground);
+    this.#fill.intensity = this.rich ? mood.fillStrength : mood.fillStrength + 1.9 * mood.surroundings;
+    this.#rim.color.set(mood.fill);
+    this.#rim.intensity = 0.9 * mood.surroundings;
+    this.#rim.position.set(0.9, TABLE_HEIGHT + 0.7, -0.8);
     this.renderer.toneMappingExposure = mood.exposure;
+    if (!this.rich) return;
     this.scene.environment?.dispose();
     this.scene.environment = surroundings(this.renderer, theme);
     this.scene.environmentIntensity = mood.surroundings;
@@ -111,6 +123,14 @@ export class Room {
     this.key.dispose();
     for (const wood of Object.values(this.#woods)) wood.dispose();
   }
+}
+
+/** Whether a graphics card draws, as far as the browser tells. */
+export function hasGraphicsCard(renderer: WebGLRenderer): boolean {
+  const gl = renderer.getContext();
+  const names = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  return !/swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
 function scaleUv(mesh: Mesh, scale: number): void {

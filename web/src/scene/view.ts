@@ -1,6 +1,6 @@
 // The 3D view of one table on one canvas. It draws only when something looks other than before.
 import {
-  ACESFilmicToneMapping,
+  NeutralToneMapping,
   Group,
   Mesh,
   MeshStandardMaterial,
@@ -11,7 +11,7 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
-import { eyeOf, keyed, Orbit, presetView, type Preset } from "./camera";
+import { eyeOf, keyed, Orbit, presetView, type Preset, type View } from "./camera";
 import { decide, mayTake, snapped, targets, type Decision, type Rules } from "./drag";
 import { boardCentre, distance, squareAt, toRobot, yaw } from "./frames";
 import { Gantry, makeBoard, makeHand, makeTray, standard, type Materials } from "./furniture";
@@ -19,7 +19,7 @@ import { Marks, type MarkKind } from "./marks";
 import { DELAY_MS, Glide, Track, type Pose } from "./motion";
 import { onLevel, pick, type Ray } from "./picking";
 import { matrixOf, Pieces } from "./pieces";
-import { Room, TABLE_HEIGHT, type Theme } from "./room";
+import { hasGraphicsCard, Room, TABLE_HEIGHT, type Theme } from "./room";
 import { kindOf, type Geometry, type PieceView, type Quat, type SceneView, type Vec3 } from "./types";
 import { BOXWOOD, boardTexture, EBONY, woodTexture } from "./wood";
 
@@ -27,6 +27,8 @@ export interface Wishes {
   readonly theme: Theme;
   readonly calm: boolean;
   readonly side: "white" | "black";
+  /** Reflections and fine shadows, whatever draws; undefined: where a graphics card does. */
+  readonly rich?: boolean | undefined;
 }
 
 export interface Hooks {
@@ -101,14 +103,15 @@ export class TableView {
   ) {
     this.#wishes = wishes;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
-    this.renderer.toneMapping = ACESFilmicToneMapping;
+    this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false;
-    this.room = new Room(this.renderer);
+    const rich = wishes.rich ?? hasGraphicsCard(this.renderer);
+    this.room = new Room(this.renderer, rich);
     this.room.light(wishes.theme);
     this.room.scene.add(this.stage);
-    this.#materials = makeMaterials();
+    this.#materials = makeMaterials(rich);
     this.#orbit = new Orbit(presetView("player", 0.8, 1.5, wishes.side));
     canvas.addEventListener("webglcontextlost", this.#onLost);
     canvas.addEventListener("webglcontextrestored", this.#onRestored);
@@ -196,6 +199,13 @@ export class TableView {
     this.#preset = preset;
     const to = presetView(preset, this.#reach(), this.camera.aspect, this.#wishes.side);
     this.#orbit.fly(to, performance.now(), atOnce || this.#wishes.calm ? 0 : 900);
+    this.touch();
+  }
+
+  /** Look from there, at once. */
+  lookFrom(view: View): void {
+    this.#preset = null;
+    this.#orbit.fly(view, 0, 0);
     this.touch();
   }
 
@@ -401,6 +411,7 @@ export class TableView {
     if (!this.renderer.xr.isPresenting) {
       this.camera.position.set(...this.#inRoom(eyeOf(this.#orbit.view)));
       this.camera.lookAt(...this.#inRoom(this.#orbit.view.target));
+      this.#gantry?.seenFrom(this.toTable(this.camera.position)[1]);
     }
     if (this.#shadows) this.renderer.shadowMap.needsUpdate = true;
     this.#shadows = false;
@@ -551,6 +562,7 @@ export class TableView {
     this.#held = null;
     this.pieces?.dispose();
     this.#marks?.dispose();
+    this.#gantry?.dispose();
     this.stage.traverse((thing) => {
       if (thing instanceof Mesh && !(thing.parent === this.pieces?.root)) thing.geometry.dispose();
     });
@@ -610,7 +622,9 @@ class Pace {
   }
 }
 
-function makeMaterials(): AllMaterials {
+/** Metal without a room to mirror would be black: then it is paint. */
+function makeMaterials(rich: boolean): AllMaterials {
+  const metal = rich ? 1 : 0.25;
   const textured = (texture: MeshStandardMaterial["map"], roughness: number): MeshStandardMaterial =>
     new MeshStandardMaterial({ map: texture, roughness });
   const ghost = standard("#5fe0b0", 0.6);
@@ -622,8 +636,8 @@ function makeMaterials(): AllMaterials {
     frame: standard("#4b2d1b", 0.5),
     tray: standard("#7d5a3c", 0.6),
     slot: standard("#5f4029", 0.85),
-    aluminium: standard("#c3c7cc", 0.34, 0.85),
-    steel: standard("#8b9199", 0.3, 0.9),
+    aluminium: standard("#c3c7cc", 0.34, 0.85 * metal),
+    steel: standard("#8b9199", 0.3, 0.9 * metal),
     dark: standard("#22262b", 0.55, 0.15),
     accent: standard("#1f8a68", 0.5),
     pad: standard("#17191c", 0.85),

@@ -21,12 +21,12 @@ export interface Wood {
   readonly grain: number;
 }
 
-export const MAPLE: Wood = { base: "#d9b98a", dark: "#b98f58", light: "#ecd6ae", grain: 0.5 };
-export const WALNUT: Wood = { base: "#6d4429", dark: "#43271a", light: "#8a5a36", grain: 0.62 };
-export const FRAME: Wood = { base: "#54331f", dark: "#341e12", light: "#6e4629", grain: 0.55 };
-export const BOXWOOD: Wood = { base: "#e2c48f", dark: "#c79d5f", light: "#f0dcb4", grain: 0.4 };
-export const EBONY: Wood = { base: "#35261f", dark: "#1c1411", light: "#4a352a", grain: 0.5 };
-export const OAK: Wood = { base: "#b9a184", dark: "#94795b", light: "#cfbba0", grain: 0.42 };
+export const MAPLE: Wood = { base: "#cbb088", dark: "#a88558", light: "#dcc8a4", grain: 0.55 };
+export const WALNUT: Wood = { base: "#6f4d36", dark: "#452d1f", light: "#8d6849", grain: 0.62 };
+export const FRAME: Wood = { base: "#50362a", dark: "#33211a", light: "#6b4c3a", grain: 0.55 };
+export const BOXWOOD: Wood = { base: "#e6d6b8", dark: "#cbb48a", light: "#f3e8d2", grain: 0.35 };
+export const EBONY: Wood = { base: "#332822", dark: "#1c1512", light: "#4a3a31", grain: 0.5 };
+export const OAK: Wood = { base: "#a99a86", dark: "#8b7b66", light: "#bfb19d", grain: 0.4 };
 export const SMOKED: Wood = { base: "#3b332d", dark: "#262019", light: "#4a4038", grain: 0.42 };
 
 function canvas(width: number, height: number): [HTMLCanvasElement, CanvasRenderingContext2D] {
