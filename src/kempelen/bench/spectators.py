@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import httpx
+import httpx2
 import numpy as np
 
 from kempelen.bench.result import BenchResult, Progress
@@ -112,7 +112,7 @@ async def _measure(
 ) -> BenchResult:
     memory = _Memory()
     cookies = {"kempelen_session": address.session}
-    async with httpx.AsyncClient(
+    async with httpx2.AsyncClient(
         base_url=address.origin, cookies=cookies, trust_env=False, timeout=60
     ) as operator:
         await _begin(operator)
@@ -137,7 +137,7 @@ async def _measure(
     return _result(json.loads(told), answers, memory, clients)
 
 
-async def _begin(operator: httpx.AsyncClient) -> None:
+async def _begin(operator: httpx2.AsyncClient) -> None:
     """A game, as soon as the twin is connected."""
     until = time.monotonic() + _START_S
     while time.monotonic() < until:
@@ -151,7 +151,7 @@ async def _begin(operator: httpx.AsyncClient) -> None:
         raise ConfigError(f"No game could be begun: {reply['error']}", hint=reply["hint"])
 
 
-async def _ask(operator: httpx.AsyncClient, seconds: float) -> list[float]:
+async def _ask(operator: httpx2.AsyncClient, seconds: float) -> list[float]:
     """Times of an operator's commands, ms."""
     times = []
     for number in range(int(seconds / _ASKED_EVERY_S)):

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Self
 
 import chess
-import httpx
+import httpx2
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 
@@ -42,13 +42,13 @@ class Remote:
         self._password = password
         self._ssl = _trusting(certificate)
         try:
-            self._http = httpx.Client(
+            self._http = httpx2.Client(
                 base_url=self._origin,
                 verify=self._ssl,
-                timeout=httpx.Timeout(_ANSWER_S, connect=_REACH_S),
+                timeout=httpx2.Timeout(_ANSWER_S, connect=_REACH_S),
                 trust_env=False,
             )
-        except (httpx.HTTPError, httpx.InvalidURL) as error:
+        except (httpx2.HTTPError, httpx2.InvalidURL) as error:
             raise _unreachable(self._origin, error) from None
         if session:
             self._http.cookies.set(_COOKIE, session)
@@ -129,7 +129,7 @@ class Remote:
     def _ask(self, method: str, path: str, body: object = None) -> Any:
         try:
             answer = self._http.request(method, path, json=body)
-        except (httpx.HTTPError, httpx.InvalidURL) as error:
+        except (httpx2.HTTPError, httpx2.InvalidURL) as error:
             raise _unreachable(self._origin, error) from None
         try:
             said = answer.json()
