@@ -22,6 +22,7 @@ export type Reply = Schemas["Reply"];
 export type RobotView = Schemas["RobotView"];
 export type Say = Schemas["Say"];
 export type SceneView = Schemas["SceneView"];
+export type SideView = Schemas["SideView"];
 export type Snapshot = Schemas["Snapshot"];
 export type SquaresView = Schemas["SquaresView"];
 export type StationView = Schemas["StationView"];

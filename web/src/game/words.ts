@@ -1,5 +1,5 @@
 // What goes on, in the page's words.
-import type { ActivityView, GameView, PromptView, StationView } from "../api/types";
+import type { ActivityView, GameView, PromptView, SideView, StationView } from "../api/types";
 import { isSquare } from "../chess/fen";
 import { thePiece } from "../chess/san";
 import { type Key, maybe, t } from "../i18n/i18n.svelte";
@@ -30,7 +30,12 @@ export function statusText(game: GameView | null, station: StationView | null): 
   if (game.paused) return t(game.in_transfer ? "game.status_paused_transfer" : "game.status_paused");
   if (game.person_to_move) return t(game.by_hand ? "game.status_your_move_hand" : "game.status_your_move");
   const side = game[game.turn];
-  return side.kind === "engine" ? t("game.status_thinking", { name: side.name }) : t("game.status_to_move", { colour: t(`game.${game.turn}`) });
+  return side.kind === "engine" ? t("game.status_thinking", { name: sideName(side) }) : t("game.status_to_move", { colour: t(`game.${game.turn}`) });
+}
+
+/** A person without a name of their own is one in every language. */
+export function sideName(side: SideView): string {
+  return side.kind === "person" && side.name === "Person" ? t("game.person") : side.name;
 }
 
 export function resultTitle(result: string): string {
