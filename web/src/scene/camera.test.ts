@@ -1,18 +1,18 @@
 import { describe, expect, it } from "vitest";
 import { between, clamped, eyeOf, keyed, LIMITS, Orbit, presetView } from "./camera";
 
-const VIEW = presetView("player", 0.8, 1.5, "white");
+const VIEW = presetView("player", 0.6, 1.5, "white");
 
 describe("presets", () => {
   it("put White's player behind White's pieces and Black's behind Black's", () => {
     expect(eyeOf(VIEW)[2]).toBeGreaterThan(0.3);
-    expect(eyeOf(presetView("player", 0.8, 1.5, "black"))[2]).toBeLessThan(-0.3);
+    expect(eyeOf(presetView("player", 0.6, 1.5, "black"))[2]).toBeLessThan(-0.3);
   });
 
   it("look straight down from above, from farther away when the picture is narrow", () => {
-    const [x, y, z] = eyeOf(presetView("top", 0.8, 1.5, "white"));
+    const [x, y, z] = eyeOf(presetView("top", 0.6, 1.5, "white"));
     expect(Math.hypot(x, z)).toBeLessThan(0.01 * y);
-    expect(eyeOf(presetView("top", 0.8, 0.6, "white"))[1]).toBeGreaterThan(y);
+    expect(eyeOf(presetView("top", 0.6, 0.6, "white"))[1]).toBeGreaterThan(y);
   });
 });
 

@@ -20,13 +20,13 @@ export const LIMITS: Limits = { nearest: 0.16, farthest: 2.4 };
 const LOWEST = 0.06;
 const HIGHEST = Math.PI / 2 - 0.001;
 
-/** @param reach How wide the table is, m. @param aspect Of the picture. @param side White's or Black's. */
+/** @param reach How wide board and trays are, m. @param aspect Of the picture. @param side White's or Black's. */
 export function presetView(preset: Preset, reach: number, aspect: number, side: "white" | "black"): View {
   const azimuth = side === "white" ? 0 : Math.PI;
-  const back = reach * Math.max(1, 1.32 / aspect);
-  if (preset === "top") return { azimuth, elevation: HIGHEST, distance: 1.36 * back, target: [0, 0, 0] };
+  const back = 1.5 * reach * Math.max(1, 1.16 / aspect);
+  if (preset === "top") return { azimuth, elevation: HIGHEST, distance: 1.1 * back, target: [0, 0, 0] };
   if (preset === "follow") return { azimuth: azimuth + 0.62, elevation: 0.5, distance: 0.62, target: [0, 0.05, 0] };
-  return { azimuth: azimuth + 0.22, elevation: 0.66, distance: 1.24 * back, target: [0, 0.045, 0.01] };
+  return { azimuth: azimuth + 0.22, elevation: 0.66, distance: back, target: [0, 0.03, 0.01] };
 }
 
 /** What a key does to a view; null when it is none of ours. */

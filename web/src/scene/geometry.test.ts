@@ -56,8 +56,9 @@ it("knows a knight by its head, which reaches forwards and is thinner than long"
   expect(Math.max(front, -back)).toBeLessThanOrEqual(shape.head_diameter / 2 + 0.5);
 });
 
-it("turns every face outwards: normals agree with the triangles", () => {
-  const geometry = pieceGeometry("Q", shapeOf([85, 36, 24, 44, 17]));
+// The horse's sections meet in the bend of its throat, where nobody looks.
+it.each([["K", 0.998], ["Q", 0.998], ["R", 0.998], ["N", 0.98]] as const)("turns the faces of %s outwards, as its normals", (kind, most) => {
+  const geometry = pieceGeometry(kind, shapeOf([85, 36, 24, 44, 17]));
   const [at, normal, index] = [geometry.getAttribute("position"), geometry.getAttribute("normal"), geometry.getIndex()];
   let agree = 0;
   let count = 0;
@@ -72,5 +73,5 @@ it("turns every face outwards: normals agree with the triangles", () => {
     count++;
     if (face.dot(n) > 0) agree++;
   }
-  expect(agree / count).toBeGreaterThan(0.97);
+  expect(agree / count).toBeGreaterThan(most);
 });

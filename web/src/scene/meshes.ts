@@ -175,7 +175,8 @@ function cross(soup: Soup, shape: Shape): void {
 }
 
 /** A flat polygon in the x-z plane, `half` thick to both sides of y = 0. */
-function prism(soup: Soup, corners: number[][], half: number): void {
+function prism(soup: Soup, polygon: number[][], half: number): void {
+  const corners = area(polygon) > 0 ? polygon.toReversed() : polygon;
   for (const side of [-1, 1]) {
     const ring = corners.map(([x, , z]) => soup.vertex([x ?? 0, side * half, z ?? 0], [0, side, 0], [0, 0]));
     for (let i = 1; i + 1 < ring.length; i++) {
@@ -193,9 +194,17 @@ function prism(soup: Soup, corners: number[][], half: number): void {
     const b = soup.vertex([x1, -half, z1], normal, [0, 0]);
     const c = soup.vertex([x1, half, z1], normal, [0, 0]);
     const d = soup.vertex([x0, half, z0], normal, [0, 0]);
-    soup.face(a, c, b);
-    soup.face(a, d, c);
+    soup.face(a, b, c);
+    soup.face(a, c, d);
   });
+}
+
+/** Twice the area of a polygon in the x-z plane, positive from x to z. */
+function area(polygon: number[][]): number {
+  return polygon.reduce((sum, [x = 0, , z = 0], i) => {
+    const [u = 0, , v = 0] = polygon[(i + 1) % polygon.length] ?? [];
+    return sum + x * v - u * z;
+  }, 0);
 }
 
 // --- the horse ------------------------------------------------------------------------------------------------

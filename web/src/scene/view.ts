@@ -13,7 +13,7 @@ import {
 } from "three";
 import { eyeOf, keyed, Orbit, presetView, type Preset, type View } from "./camera";
 import { decide, mayTake, snapped, targets, type Decision, type Rules } from "./drag";
-import { boardCentre, distance, squareAt, toRobot, yaw } from "./frames";
+import { boardCentre, distance, squareAt, squareCentre, toRobot, yaw } from "./frames";
 import { Gantry, makeBoard, makeHand, makeTray, standard, type Materials } from "./furniture";
 import { Marks, type MarkKind } from "./marks";
 import { DELAY_MS, Glide, Track, type Pose } from "./motion";
@@ -112,7 +112,7 @@ export class TableView {
     this.room.light(wishes.theme);
     this.room.scene.add(this.stage);
     this.#materials = makeMaterials(rich);
-    this.#orbit = new Orbit(presetView("player", 0.8, 1.5, wishes.side));
+    this.#orbit = new Orbit(presetView("player", 0.6, 1.5, wishes.side));
     canvas.addEventListener("webglcontextlost", this.#onLost);
     canvas.addEventListener("webglcontextrestored", this.#onRestored);
   }
@@ -272,6 +272,14 @@ export class TableView {
     return inner ? inner.localToWorld(new Vector3(...point)) : new Vector3();
   }
 
+  /** Where on the canvas, CSS pixels, a point so high above the middle of a square is seen. */
+  pointOf(square: string, height = 0): { x: number; y: number } {
+    if (!this.geometry) return { x: 0, y: 0 };
+    const [x, y, z] = squareCentre(this.geometry, square);
+    const seen = this.toRoom([x, y, z + height]).project(this.camera);
+    return { x: ((seen.x + 1) / 2) * this.#sizes.width, y: ((1 - seen.y) / 2) * this.#sizes.height };
+  }
+
   /** The piece under a point of the canvas that may be taken. */
   takeable(x: number, y: number): PieceView | null {
     if (!this.geometry || !this.pieces) return null;
@@ -418,8 +426,9 @@ export class TableView {
     this.renderer.render(this.room.scene, this.camera);
   }
 
-  /** Programs for the graphics card, made without holding up the page. */
+  /** Programs for the graphics card, made without holding up the page where the browser can. */
   async prepare(): Promise<void> {
+    if (!this.renderer.getContext().getExtension("KHR_parallel_shader_compile")) return;
     this.#preparing = true;
     try {
       await this.renderer.compileAsync(this.room.scene, this.camera);
@@ -492,9 +501,10 @@ export class TableView {
   }
 
   #reach(): number {
-    if (!this.geometry) return 0.8;
-    const { lower, upper } = this.geometry.space;
-    return (upper[0] - lower[0]) / 1000 + 0.1;
+    if (!this.geometry) return 0.6;
+    const middle = boardCentre(this.geometry);
+    const slots = this.geometry.trays.flatMap((tray) => tray.slots.map((slot) => distance(slot.at, middle) * 0.9));
+    return (2 * Math.max(4.4 * this.geometry.board.square, ...slots)) / 1000;
   }
 
   /** Half the way between the pads: open, on a stem, or closed on nothing. */

@@ -12,7 +12,7 @@ import {
   SphereGeometry,
   Vector3,
   type WebXRManager,
-  type XRGripSpace,
+  type XRHandSpace,
   type XRTargetRaySpace,
 } from "three";
 import type { Decision } from "./drag";
@@ -33,8 +33,8 @@ const HEADSETS = /OculusBrowser|Quest|Pico|Vive|Wolvic|Mobile VR/i;
 const STANDS_AT = 0.56;
 /** How near a hand has to be to a piece to take it, mm. */
 const REACH = 55;
-/** From a controller's grip to where it takes things, m, forwards. */
-const TIP = 0.07;
+/** From where a controller points to where it takes things, m, forwards. */
+const TIP = 0.02;
 
 export async function vrSupport(): Promise<"no" | "yes" | "insecure"> {
   if (!navigator.xr) return !isSecureContext && HEADSETS.test(navigator.userAgent) ? "insecure" : "no";
@@ -111,7 +111,7 @@ class Visit {
 /** A controller or a tracked hand: pinching is selecting. */
 class Hand {
   readonly #ray: XRTargetRaySpace;
-  readonly #grip: XRGripSpace;
+  readonly #joints: XRHandSpace;
   readonly #tip = new Mesh(new SphereGeometry(0.008, 16, 12), new MeshStandardMaterial({ color: "#5fe0b0", roughness: 0.4 }));
   readonly #line = new Line(
     new BufferGeometry().setFromPoints([new Vector3(), new Vector3(0, 0, -1)]),
@@ -130,11 +130,10 @@ class Hand {
     private readonly allowed: () => boolean,
   ) {
     this.#ray = manager.getController(index);
-    this.#grip = manager.getControllerGrip(index);
+    this.#joints = manager.getHand(index);
     this.#tip.position.z = -TIP;
-    this.#grip.add(this.#tip);
-    this.#ray.add(this.#line);
-    rig.add(this.#ray, this.#grip);
+    this.#ray.add(this.#line, this.#tip);
+    rig.add(this.#ray, this.#joints);
     this.#ray.addEventListener("connected", this.#connected);
     this.#ray.addEventListener("disconnected", this.#disconnected);
     for (const name of ["selectstart", "squeezestart"] as const) this.#ray.addEventListener(name, this.#take);
@@ -153,8 +152,15 @@ class Hand {
 
   /** Where it takes things, robot frame, mm; null while it is not seen. */
   #at(): Vec3 | null {
-    if (!this.#source || !this.#grip.visible) return null;
-    return this.view.toTable(this.#tip.getWorldPosition(new Vector3()));
+    if (!this.#source || !this.#ray.visible) return null;
+    return this.view.toTable(this.#pinch() ?? this.#tip.getWorldPosition(new Vector3()));
+  }
+
+  /** Between thumb and forefinger of a tracked hand, in the room. */
+  #pinch(): Vector3 | null {
+    const [thumb, finger] = [this.#joints.joints["thumb-tip"], this.#joints.joints["index-finger-tip"]];
+    if (!this.#source?.hand || !thumb?.visible || !finger?.visible) return null;
+    return thumb.getWorldPosition(new Vector3()).lerp(finger.getWorldPosition(new Vector3()), 0.5);
   }
 
   #beam(): { from: Vec3; way: Vec3 } {
@@ -232,10 +238,9 @@ class Hand {
     this.#ray.removeEventListener("disconnected", this.#disconnected);
     for (const name of ["selectstart", "squeezestart"] as const) this.#ray.removeEventListener(name, this.#take);
     for (const name of ["selectend", "squeezeend"] as const) this.#ray.removeEventListener(name, this.#release);
-    this.#ray.remove(this.#line);
-    this.#grip.remove(this.#tip);
+    this.#ray.remove(this.#line, this.#tip);
     this.#ray.removeFromParent();
-    this.#grip.removeFromParent();
+    this.#joints.removeFromParent();
     for (const thing of [this.#line, this.#tip]) {
       thing.geometry.dispose();
       (thing.material as LineBasicMaterial | MeshStandardMaterial).dispose();
