@@ -1,13 +1,14 @@
 # Everything that is done with this tree. Needs Python 3.11 or newer, git and make; all else is set up in .venv.
 #
-#   make play     a game of chess against the engine on the twin
-#   make test     lint, types, layers, the page's tests, tests, coverage
-#   make lint     the first three alone
-#   make page     the web page, where web/ has changed
-#   make bench    the measurements, as tables
-#   make soak     the long runs
-#   make docs     the documentation, in site/
-#   make setup    the virtual environment alone
+#   make play         a game of chess against the engine on the twin
+#   make test         lint, types, layers, the page's tests, tests, coverage
+#   make lint         the first three alone
+#   make page         the web page, where web/ has changed
+#   make bench        the measurements, as tables
+#   make screenshots  pictures of the page, in docs/images/web
+#   make soak         the long runs
+#   make docs         the documentation, in site/
+#   make setup        the virtual environment alone
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -20,7 +21,7 @@ LEAST_COVERAGE := 95
 SETUP := tools/setup.sh requirements/build.txt pyproject.toml hatch_build.py
 
 .DEFAULT_GOAL := help
-.PHONY: help setup play page web-test test lint bench soak docs lock clean
+.PHONY: help setup play page web-test browser test lint bench soak screenshots docs lock clean
 
 help:
 	@sed -n '2,/^$$/s/^# \{0,1\}//p' Makefile
@@ -46,7 +47,11 @@ web-test: setup
 play: page
 	@$(BIN)/kempelen play $(ARGS)
 
-test: lint page web-test
+# The tests in a browser skip themselves where there is none.
+browser:
+	@sh tools/browser.sh
+
+test: lint page web-test browser
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --cov --cov-report= $(ARGS)
 	@for part in $(GATED); do \
 		echo "Lines of $$part covered (at least $(LEAST_COVERAGE) %):"; \
@@ -62,6 +67,9 @@ lint: setup
 
 bench: setup
 	@for name in $(BENCHES); do $(BIN)/kempelen bench $$name $(ARGS) || exit 1; done
+
+screenshots: page browser setup
+	$(BIN)/python tools/screenshots.py $(ARGS)
 
 soak: setup
 	$(BIN)/python -m pytest -m soak --timeout 0 $(ARGS)
