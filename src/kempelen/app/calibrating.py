@@ -13,7 +13,7 @@ from kempelen.app.remeasure import board_by_camera, table_as_measured
 from kempelen.app.station_types import CalibrationState
 from kempelen.app.table_session import TableSession
 from kempelen.core.calibration import CORNERS, Calibration, calibrate
-from kempelen.core.errors import CalibrationError, GameError, NotHomedError
+from kempelen.core.errors import CalibrationError, GameError, KempelenError, NotHomedError
 from kempelen.core.fit import check_fit
 from kempelen.core.places import Layout
 from kempelen.core.protocols import GripperState, SetGripper
@@ -87,7 +87,7 @@ class CalibrationDesk:
                 await game.arbiter.pause()
                 await game.arbiter.finish_move()
             await self._ready_to_touch(session)
-        except BaseException:
+        except KempelenError:
             await self._go_on()
             raise
         self._touched, self._square = {}, None

@@ -307,7 +307,10 @@ class Station(StationEyes):
             NotHomedError: home the robot first.
             KempelenError: the move in hand could not be finished.
         """
-        await self._do("Getting ready to measure the board …", self._calibrating.begin)
+        await self._do(
+            "Getting ready to measure the board …",
+            lambda: self._interruptible(self._calibrating.begin(), "Measuring the board"),
+        )
 
     async def calibration_touch(self, corner: str) -> None:
         """The closed fingertips are at this outer corner now: a1, h1, h8 or a8.

@@ -294,7 +294,6 @@ class StationTable:
         """The table of the game, or the station's own, with robot at rest."""
         self._trouble = None
         await self._before_putting_away()
-        await self._hang_up()
         try:
             if self._run is not None:
                 await self._run.leave()
@@ -302,6 +301,7 @@ class StationTable:
                 await self._idle.__aexit__(None, None, None)
         finally:
             self._run = self._idle = None
+            await self._hang_up()
 
     async def _before_putting_away(self) -> None:
         """What else has to end."""

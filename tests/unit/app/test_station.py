@@ -314,3 +314,17 @@ async def test_the_person_at_the_table_is_asked_in_a_prompt(table: MemoryStation
     await station.answer(prompt.id, "done")
     await table.until(lambda: table.live.board.ply() >= 1)
     assert station.prompts == ()
+
+
+async def test_closing_does_not_wait_for_a_person_who_is_asked(table: MemoryStation) -> None:
+    station = table.station
+    await station.begin(PLAY, GameOptions(hands="person"))
+    await table.asked()
+    await station.move("e2e4")
+    await table.until(lambda: station.prompts)
+    measuring = asyncio.create_task(station.calibration_begin())
+    await table.until(lambda: table.live.arbiter.paused)
+    await station.aclose()
+    with pytest.raises(StoppedError):
+        await measuring
+    assert (station.prompts, station.unfinished) == ((), 1)
