@@ -4,6 +4,7 @@ One desk for a server, entered with it. Whatever takes a while is done once for 
 """
 
 import asyncio
+import logging
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -17,7 +18,7 @@ from kempelen.app.eye import Eye
 from kempelen.app.logbook import Heard, Logbook, kept, without_secrets
 from kempelen.app.port_scan import scan_ports
 from kempelen.app.station import Station
-from kempelen.app.station_types import Phase
+from kempelen.app.station_types import Change, Phase
 from kempelen.app.table_session import robot_kinds
 from kempelen.core.errors import SensorError
 from kempelen.server.messages import WireLine
@@ -27,6 +28,7 @@ DOCTOR_S = 120.0
 FRESH_S = 0.1
 """A picture so new is given to whoever asks next."""
 _FEW = 8
+_log = logging.getLogger(__name__)
 
 
 class Desk:
@@ -48,6 +50,7 @@ class Desk:
         self._stack = ExitStack()
         self._scanning, self._examining, self._drawing = asyncio.Lock(), asyncio.Lock(), asyncio.Lock()
         self._pictures: dict[tuple[str, tuple[str, ...], int], tuple[float, bytes]] = {}
+        self._noted: tuple[object, ...] = ()
         self.started = time.time()
         self.ports = PortsView(kinds=tuple(robot_kinds()))
         self.doctor: DoctorView | None = None
@@ -56,6 +59,8 @@ class Desk:
         """Begin to keep logs."""
         self._book = self._stack.enter_context(kept())
         self._book.wire.ring.listeners.append(self._hear)
+        self._stack.callback(self._station.listen(self._note))
+        _log.info("The server has begun.")
         return self
 
     def __exit__(self, *_exc: object) -> None:
@@ -69,6 +74,17 @@ class Desk:
 
     def _hear(self, line: Heard) -> None:
         self._on_line(wire_line(line))
+
+    def _note(self, change: Change) -> None:
+        """What becomes of the station goes into the log, once."""
+        if change is not Change.STATION:
+            return
+        news = (self._station.phase, self._station.busy, self._station.faults)
+        if news != self._noted:
+            for fault in self._station.faults:
+                _log.warning("%s: %s", fault.title, fault.text)
+            _log.info("Station: %s", self._station.busy or self._station.phase)
+            self._noted = news
 
     # --- ports ----------------------------------------------------------------------------------------------
 

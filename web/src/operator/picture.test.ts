@@ -60,9 +60,11 @@ describe("residuals", () => {
     expect(marks[2]).toMatchObject({ corner: "h8", at: [550, 425], residual: 2, radius: 40 });
   });
 
-  it("are not made up for a single corner", () => {
-    expect(cornerMarks({ touched: { a1: touched.a1 }, residuals: {} })).toEqual([
+  it("are not shown for two corners, which fit any board", () => {
+    const { a1, h1 } = touched;
+    expect(cornerMarks({ touched: { a1, h1 }, residuals: { a1: 0, h1: 0 } })).toEqual([
       { corner: "a1", at: [150, 25], residual: null, state: "touched", radius: 6 },
+      { corner: "h1", at: [550, 25], residual: null, state: "touched", radius: 6 },
     ]);
   });
 });

@@ -79,9 +79,11 @@ const ENLARGED = 24;
 const LEAST = 6;
 const MOST = 40;
 
+/** Two corners fit any board: their residuals say nothing. */
 export function cornerMarks({ touched, residuals }: Pick<CalibrationView, "touched" | "residuals">): readonly CornerMark[] {
-  return Object.entries(touched).map(([corner, point]) => {
-    const residual = residuals[corner] ?? null;
+  const corners = Object.entries(touched);
+  return corners.map(([corner, point]) => {
+    const residual = corners.length > 2 ? (residuals[corner] ?? null) : null;
     return {
       corner,
       at: [point[0], point[1]],
