@@ -49,7 +49,7 @@ class Dispatcher:
         self._done: OrderedDict[str, OrderedDict[str, _Done]] = OrderedDict()
         self._commands = Limiter(_COMMANDS)
         self._jogs = Limiter(_JOGS)
-        self._tasks: set[asyncio.Task[Reply]] = set()
+        self._tasks: set[asyncio.Task[Any]] = set()
 
     async def obey(self, command: AnyCommand, visitor: Visitor, socket: str = "") -> Reply:
         """Do it, or say why not; never raises.
@@ -124,8 +124,13 @@ class Dispatcher:
         self._tally.refused(why, visitor.role, type(command).__name__)
         return Reply(id=command.id, ok=False, error=error, hint=hint)
 
-    async def gone(self, socket: str) -> None:
+    def gone(self, socket: str) -> None:
         """A WebSocket is gone: what it was jogging stops."""
+        task = asyncio.ensure_future(self._stop_jogging(socket))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _stop_jogging(self, socket: str) -> None:
         try:
             await self._station.owner_left(socket)
         except KempelenError as error:

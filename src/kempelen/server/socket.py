@@ -63,13 +63,13 @@ class _Socket:
         sending, hearing = asyncio.ensure_future(self._send()), asyncio.ensure_future(self._hear())
         try:
             await asyncio.wait({sending, hearing}, return_when=asyncio.FIRST_COMPLETED)
-        finally:
+        finally:  # nothing is waited for here: this may be cancelled more than once
             hub.leave(self._client)
+            self._house.dispatcher.gone(self._name)
             for task in (sending, hearing, *self._tasks):
                 task.cancel()
-            await asyncio.gather(sending, hearing, *self._tasks, return_exceptions=True)
-            await self._house.dispatcher.gone(self._name)
-            await self._close(hearing)
+        await asyncio.wait((sending, hearing, *self._tasks))
+        await self._close(hearing)
 
     async def _close(self, hearing: asyncio.Task[int | None]) -> None:
         """Politely where it still listens; and for certain."""
