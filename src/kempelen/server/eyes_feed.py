@@ -80,7 +80,9 @@ class SquaresFeed:
 def squares_view(seen: Observation, fps: float) -> SquaresView:
     """What a page shows of an observation: no squares when it may not be believed."""
     if not seen.valid:
-        return SquaresView(fps=round(fps, 1), occupancy=(), heights=None)
+        return SquaresView(
+            fps=round(fps, 1), occupancy=(), heights=None, sight=seen.sight.value, message=seen.message
+        )
     rows = np.round(seen.occupancy, 3).tolist()
     heights = None
     if seen.heights is not None:

@@ -253,11 +253,15 @@ class SquaresView(Model):
         fps: Observations a second.
         occupancy: 64 times the probabilities of empty, white, black; a1, b1, … h8.
         heights: 64 mm above the board; None where not measured.
+        sight: As `kempelen.core.senses.Sight`, of this look: what passes at once is in no other topic.
+        message: What is wrong and what to do.
     """
 
     fps: float
     occupancy: tuple[tuple[float, float, float], ...]
     heights: tuple[float | None, ...] | None
+    sight: str = "clear"
+    message: str = ""
 
 
 class PieceView(Model):

@@ -2402,18 +2402,30 @@ export interface components {
          *         fps: Observations a second.
          *         occupancy: 64 times the probabilities of empty, white, black; a1, b1, … h8.
          *         heights: 64 mm above the board; None where not measured.
+         *         sight: As `kempelen.core.senses.Sight`, of this look: what passes at once is in no other topic.
+         *         message: What is wrong and what to do.
          */
         readonly SquaresView: {
             /** Fps */
             readonly fps: number;
             /** Heights */
             readonly heights: readonly (number | null)[] | null;
+            /**
+             * Message
+             * @default
+             */
+            readonly message: string;
             /** Occupancy */
             readonly occupancy: readonly (readonly [
                 number,
                 number,
                 number
             ])[];
+            /**
+             * Sight
+             * @default clear
+             */
+            readonly sight: string;
         };
         /**
          * StationView
