@@ -235,8 +235,8 @@ const FINGERS: readonly Limb[] = [
 ];
 const WRIST: Limb = [[112, 6, 59], [176, 3, 82], 24];
 const SLEEVE: readonly Limb[] = [
-  [[176, 3, 82], [430, 0, 190], 37],
-  [[430, 0, 190], [820, 0, 330], 49],
+  [[176, 3, 82], [400, 0, 176], 31],
+  [[400, 0, 176], [640, 0, 262], 37],
 ];
 
 export function makeHand(materials: Materials): Group {
@@ -246,8 +246,8 @@ export function makeHand(materials: Materials): Group {
   const palm = solid(new SphereGeometry(1, 28, 20).scale(38, 36, 16), [100, 7, 57], materials.skin);
   palm.rotation.y = -0.16;
   group.add(palm);
-  const cuff = solid(new CylinderGeometry(39, 40, 22, 36), [181, 3, 84], materials.sleeve);
-  cuff.quaternion.copy(along([176, 3, 82], [430, 0, 190]));
+  const cuff = solid(new CylinderGeometry(33, 34, 20, 36), [181, 3, 84], materials.sleeve);
+  cuff.quaternion.copy(along([176, 3, 82], [400, 0, 176]));
   group.add(cuff);
   return group;
 }
