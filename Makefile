@@ -45,7 +45,7 @@ web-test: setup
 	@$(BIN)/python hatch_build.py check-types check test
 
 play: page
-	@$(BIN)/kempelen play $(ARGS)
+	@$(BIN)/kempelen serve $(ARGS)
 
 # The tests in a browser skip themselves where there is none.
 browser:
