@@ -124,7 +124,7 @@ class WireLog(logging.Handler):
         for line in whole:
             if text := _printable(line):
                 yield text
-        self._part[way] = rest[-_LONGEST:]
+        self._part[way] = rest[:_LONGEST]
 
 
 class ProgramLog(logging.Handler):
