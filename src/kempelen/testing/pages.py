@@ -1,8 +1,10 @@
 """Somebody in front of the page: what people do there, by the words that they see."""
 
+import json
 import re
+import socket
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,8 @@ from typing import Any
 from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, expect
 
 from kempelen.bench.served import Served
+from kempelen.testing.scenarios import twin_of
+from kempelen.twin.spec import CONTROL_FOLDER
 
 WAIT_MS = 30_000
 """Longest wait for anything on a page; an idle machine needs a tenth of a second."""
@@ -17,6 +21,15 @@ FAST = ("--speed", "max", "--level", "1", "--move-time", "0.02")
 """Options of a twin that keeps nobody waiting, and an engine that plays badly at once."""
 BLIND = ("--sensor", "none", *FAST)
 DRAG_STEPS = 6
+_JOG_SPEEDS = (1, 5, 20, 60, 150)
+_JOG_KEYS = (("ArrowLeft", "ArrowRight"), ("ArrowDown", "ArrowUp"), ("PageDown", "PageUp"))
+_NEAR_ENOUGH = 1.0  # mm
+_BRAKING = 0.3
+"""So much of the way is left for what passes until a key that was let go of has its effect."""
+_PASSES = """([axis, target, up]) => {
+    const now = Number(document.querySelectorAll('.axis dd bdi')[axis].textContent.replace(',', ''));
+    return up ? now >= target : now <= target;
+}"""
 Serve = Callable[..., Served]
 """Starts a server; takes its options, and ``data`` and ``port``."""
 BACK_RANK = "r5k1/pp3ppp/8/8/8/8/PP2QPPP/4R1K1 w - - 0 1"
@@ -98,6 +111,38 @@ class Visitor:
         """A note at the page's edge."""
         return self.page.get_by_role("log", name="Notes").get_by_text(text)
 
+    # --- at the robot ---------------------------------------------------------------------------------------
+
+    def tool(self) -> tuple[float, float, float]:
+        """Where the page says that the robot is, mm."""
+        x, y, z = (
+            float(text.replace(",", "")) for text in self.page.locator(".axis dd bdi").all_inner_texts()
+        )
+        return x, y, z
+
+    def drive_to(self, x: float, y: float, z: float) -> None:
+        """On the page for calibration: with the jog pad's keys; high over the board, then down."""
+        for axis, target in ((0, x), (1, y), (2, z)):
+            self._drive(axis, target)
+
+    def rise(self, z: float) -> None:
+        """Straight up."""
+        self._drive(2, z)
+
+    def _drive(self, axis: int, target: float) -> None:
+        """Along one axis: fast as long as it is far, then slower; held until it is there."""
+        pad = self.page.get_by_role("group", name="Move the robot")
+        while abs(way := target - self.tool()[axis]) > _NEAR_ENOUGH:
+            speed = max([one for one in _JOG_SPEEDS if one <= abs(way)], default=_JOG_SPEEDS[0])
+            pad.get_by_text(str(speed), exact=True).click()
+            pad.focus()
+            key = _JOG_KEYS[axis][way > 0]
+            self.page.keyboard.down(key)
+            short_of = target - way * _BRAKING
+            self.page.wait_for_function(_PASSES, arg=[axis, short_of, way > 0])
+            self.page.keyboard.up(key)
+            expect(self.page.locator(".phase dd")).to_have_text("at rest")
+
     # --- at the board ---------------------------------------------------------------------------------------
 
     def new_game(self, fen: str = "", **values: Any) -> None:
@@ -108,6 +153,10 @@ class Visitor:
     def my_turn(self) -> None:
         """Wait until the pieces can be taken."""
         expect(self.page.locator(".holder.enabled")).to_be_visible()
+
+    def set_level(self, level: str) -> None:
+        """On the page for a new game: the engine's level."""
+        self.page.get_by_role("slider", name="Strength").fill(level)
 
     def square(self, name: str) -> Locator:
         """Of the board."""
@@ -143,6 +192,31 @@ def _middle(square: Locator) -> tuple[float, float]:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
+def ask_twin(server: Served, op: str, **arguments: Any) -> dict[str, Any]:
+    """Something by the side door of a server's twin.
+
+    Raises:
+        AssertionError: it was refused.
+    """
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as door:
+        door.settimeout(WAIT_MS / 1000)
+        door.connect(_door_of(twin_of(server.pid)))
+        door.sendall(json.dumps({"id": 1, "op": op, **arguments}).encode() + b"\n")
+        reply: dict[str, Any] = json.loads(door.makefile().readline())
+    assert reply["ok"], reply
+    return reply
+
+
+def _door_of(pid: int) -> str:
+    """The socket that a twin listens on."""
+    own = {str(fd.readlink()) for fd in Path(f"/proc/{pid}/fd").iterdir()}
+    for line in Path("/proc/net/unix").read_text(encoding="ascii").splitlines():
+        words = line.split()
+        if CONTROL_FOLDER in line and f"socket:[{words[6]}]" in own:
+            return words[7]
+    raise LookupError(f"process {pid} has no side door")
+
+
 @dataclass
 class Visitors:
     """Opens pages and keeps what goes wrong on them.
@@ -159,10 +233,12 @@ class Visitors:
     pages: list[Page] = field(default_factory=list)
     pictures: list[Path] = field(default_factory=list)
 
-    def open(self, address: str, **context: Any) -> Page:
-        """A browser of its own, with its own cookies, at an address."""
-        settings = {"viewport": {"width": 1280, "height": 900}, "locale": "en-GB"} | context
-        page = self.browser.new_context(**settings).new_page()
+    def open(self, address: str, *, cookies: Sequence[Any] = (), **settings: Any) -> Page:
+        """A browser of its own, with these cookies, at an address."""
+        usual = {"viewport": {"width": 1280, "height": 900}, "locale": "en-GB"}
+        context = self.browser.new_context(**usual | settings)
+        context.add_cookies(cookies)
+        page = context.new_page()
         page.set_default_timeout(WAIT_MS)
         page.on("console", self._heard)
         page.on("pageerror", lambda error: self.troubles.append(f"error on the page: {error}"))

@@ -272,17 +272,11 @@ export class TableView {
     return inner ? inner.localToWorld(new Vector3(...point)) : new Vector3();
   }
 
-  /** Where in the room, m, a point so high above the middle of a square, mm, is. */
-  roomOf(square: string, height = 0): Vector3 {
-    if (!this.geometry) return new Vector3();
-    const [x, y, z] = squareCentre(this.geometry, square);
-    return this.toRoom([x, y, z + height]);
-  }
-
   /** Where on the canvas, CSS pixels, a point so high above the middle of a square is seen. */
   pointOf(square: string, height = 0): { x: number; y: number } {
     if (!this.geometry) return { x: 0, y: 0 };
-    const seen = this.roomOf(square, height).project(this.camera);
+    const [x, y, z] = squareCentre(this.geometry, square);
+    const seen = this.toRoom([x, y, z + height]).project(this.camera);
     return { x: ((seen.x + 1) / 2) * this.#sizes.width, y: ((1 - seen.y) / 2) * this.#sizes.height };
   }
 

@@ -1,16 +1,12 @@
-// The printed link carries a one-time token: it becomes a cookie before anything else is asked of the server.
-import { HttpError, post } from "../api/http";
+// The server makes a session of the printed link's one-time token, and takes it out of the address. A link that
+// was used before leads here as a spectator, who is told why.
+import { t } from "../i18n/i18n.svelte";
 import { toast } from "./toasts.svelte";
 
-export async function enterByLink(): Promise<void> {
+export function tellOfUsedLink(): void {
   const url = new URL(location.href);
-  const token = url.searchParams.get("token");
-  if (!token) return;
-  url.searchParams.delete("token"); // neither the history nor a copied address gives it away
+  if (url.searchParams.get("link") !== "used") return;
+  url.searchParams.delete("link");
   history.replaceState(null, "", url);
-  try {
-    await post("session", { token });
-  } catch (error) {
-    if (error instanceof HttpError) toast("error", error.message, error.hint);
-  }
+  toast("error", t("shell.link_used"), t("shell.link_used_hint"));
 }

@@ -1,0 +1,131 @@
+"""Every state of error, on the screen: what is wrong in plain words, and the next step."""
+
+import re
+import socket
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from kempelen.testing.pages import BACK_RANK, BLIND, FAST, Serve, Visitor, Visitors, ask_twin
+
+
+def test_no_robot_at_a_port(operator: Visitor) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    operator.go("Setup")
+    page = operator.page
+    page.get_by_label("Another port or network address").fill(f"socket://127.0.0.1:{port}")
+    page.locator("form").get_by_role("button", name="Connect").click()
+    expect(operator.note(re.compile(f"127.0.0.1:{port}"))).to_be_visible()
+    expect(
+        operator.fault("The table could not be set up").get_by_role("button", name="Connect")
+    ).to_be_visible()
+
+
+def test_an_alarm(operator: Visitor) -> None:
+    operator.stop()
+    alarm = operator.fault("The robot has raised an alarm")
+    alarm.get_by_role("button", name="Recover").click()
+    homing = operator.fault("The robot must be homed").get_by_role("button", name="Home the robot")
+    homing.click()
+    expect(operator.page.get_by_role("region", name="What is wrong").get_by_role("article")).to_have_count(0)
+
+
+def test_a_game_whose_wire_breaks(serve: Serve, visitors: Visitors) -> None:
+    server = serve()
+    operator = Visitor(visitors.open(server.link)).ready()
+    operator.new_game(BACK_RANK)
+    ask_twin(server, "fault", fault="drop-link")
+    operator.must("move", uci="e2e8")
+    cut = operator.fault("The game was cut off")
+    expect(cut).to_contain_text("The game is kept.")
+    cut.get_by_role("button").click()
+    operator.played("Qe8", "Rxe8")
+
+
+def test_darkness_and_a_covered_camera(serve: Serve, visitors: Visitors) -> None:
+    server = serve(*FAST)
+    operator = Visitor(visitors.open(server.link)).ready()
+    operator.new_game(BACK_RANK)
+    operator.go("Eyes")
+    page = operator.page
+    expect(page.get_by_text("sees the board")).to_be_visible()
+    ask_twin(server, "camera", change={"lighting": {"on": False}, "covered": True})
+    expect(page.get_by_text(re.compile("^(Too dark|The view is covered)"))).to_be_visible()
+    ask_twin(server, "camera", change={"lighting": {"on": True}, "covered": False})
+    expect(page.get_by_text("sees the board")).to_be_visible()
+
+
+def test_an_engine_that_is_not_there(serve: Serve, visitors: Visitors) -> None:
+    operator = Visitor(visitors.open(serve(*BLIND, "--engine", "/no/such/engine").link)).ready()
+    operator.button(re.compile("^Play against the engine")).click()
+    expect(operator.note(re.compile("/no/such/engine|engine"))).to_be_visible()
+
+
+def test_a_move_that_is_illegal(operator: Visitor) -> None:
+    operator.new_game()
+    page = operator.page
+    page.get_by_role("textbox", name="Type a move").fill("Ke7")
+    operator.button("Play").click()
+    expect(page.get_by_role("alert").filter(has_text="“Ke7” is no legal move here.")).to_be_visible()
+    reply = operator.order("move", uci="e2e5")
+    assert not reply["ok"]
+    assert reply["hint"].startswith("20 moves are legal here")
+
+
+BAD_PGN = {
+    "1. e4 e5 2. Ke3 Nc6": "line 1",
+    "nothing of chess": "",
+}
+
+
+@pytest.mark.parametrize("text", BAD_PGN)
+def test_a_pgn_that_cannot_be_played(operator: Visitor, text: str) -> None:
+    page = operator.page
+    operator.go("New game")
+    operator.button(re.compile("^Replay")).click()
+    page.get_by_role("textbox", name="… or paste it").fill(text)
+    operator.button("Read it").click()
+    begin = operator.button("Begin")
+    if BAD_PGN[text]:
+        begin.click()
+    expect(page.get_by_role("log", name="Notes").get_by_role("paragraph").first).to_contain_text(
+        re.compile("Ke3|no game", re.IGNORECASE)
+    )
+
+
+BAD_POSITIONS = {
+    "not a position": "This is no position in FEN.",
+    "8/8/8/8/8/8/8/K7 w - - 0 1": "Black needs exactly one king.",
+    "4k3/8/8/8/8/8/8/P3K3 w - - 0 1": "No pawn can stand on the first or the last rank.",
+    "4k3/4R3/8/8/8/8/8/4K3 w - - 0 1": "The side that is not to move is in check.",
+}
+
+
+def test_positions_that_are_none(operator: Visitor) -> None:
+    operator.go("New game")
+    page = operator.page
+    page.get_by_text("Set one up").click()
+    for fen, words in BAD_POSITIONS.items():
+        page.get_by_role("textbox", name="FEN").fill(fen)
+        expect(page.get_by_text(words)).to_be_visible()
+        expect(operator.button("Begin")).to_be_disabled()
+
+
+def test_a_table_that_does_not_fit(operator: Visitor) -> None:
+    operator.go("Calibrate")
+    page = operator.page
+    page.get_by_role("tab", name="Trays and pieces").click()
+    add_tray_far_away(page)
+    expect(page.get_by_text(re.compile("Does not fit: "))).to_be_visible()
+
+
+def add_tray_far_away(page: Page) -> None:
+    x = page.get_by_role("textbox", name=re.compile("^x")).first
+    x.fill("2000")
+    x.blur()
+
+
+def test_a_page_that_is_none(operator: Visitor) -> None:
+    operator.page.goto("/no/such/page")
+    expect(operator.page.get_by_role("heading", name="There is no such page.")).to_be_visible()
