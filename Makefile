@@ -1,6 +1,6 @@
 # Everything that is done with this tree. Needs Python 3.11 or newer, git and make; all else is set up in .venv.
 #
-#   make play         a game of chess against the engine on the twin
+#   make play         the web page, over the twin; its address is printed where no browser opens
 #   make test         lint, types, layers, the page's tests, tests, coverage
 #   make lint         the first three alone
 #   make page         the web page, where web/ has changed
