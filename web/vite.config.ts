@@ -41,5 +41,6 @@ export default defineConfig({
     include: ["src/**/*.test.ts"],
     setupFiles: ["src/testing/setup.ts"],
     restoreMocks: true,
+    pool: "vmThreads", // one jsdom for a worker's files, each in a world of its own
   },
 });

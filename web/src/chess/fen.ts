@@ -89,7 +89,7 @@ export function possibleCastling(pieces: Placement): string {
   return rights.filter(has).map(([right]) => right).join("") || "-";
 }
 
-export type PositionProblem = "kings_white" | "kings_black" | "pawns_edge" | "too_many" | "check_other";
+export type PositionProblem = "kings_white" | "kings_black" | "pawns_edge" | "too_many" | "other_check";
 
 /** Why no game can begin here; the server has the last word. */
 export function problems(position: Position): PositionProblem[] {
@@ -101,7 +101,7 @@ export function problems(position: Position): PositionProblem[] {
   if ([...position.pieces].some(([square, letter]) => /[pP]/.test(letter) && /[18]/.test(square))) found.push("pawns_edge");
   const most = (colour: string) => letters.filter((letter) => colourOf(letter) === colour).length > 16;
   if (most("white") || most("black")) found.push("too_many");
-  if (found.length === 0 && otherKingAttacked(position)) found.push("check_other");
+  if (found.length === 0 && otherKingAttacked(position)) found.push("other_check");
   return found;
 }
 

@@ -80,9 +80,8 @@ function castles(uci: string, pieces: ReadonlyMap<string, string>, file: "c" | "
   return (pieces.get(uci.slice(0, 2)) ?? "").toLowerCase() === "k" && uci[0] === "e" && uci[2] === file;
 }
 
-/** Letters of the page's language become English ones, unless it is written in English already. */
+/** Letters of the page's language become English ones; those of English, where it has no such letter, stay. */
 function english(text: string): string {
-  const first = Object.entries(LETTERS).find(([, key]) => t(key).length > 0 && text.startsWith(t(key)));
-  if (!first || /^[KQRBN]/.test(text) && t("game.letter_n") === "N") return text;
-  return first[0] + text.slice(t(first[1]).length);
+  const one = (letter: string) => Object.entries(LETTERS).find(([, key]) => t(key) === letter)?.[0] ?? letter;
+  return text.replace(/^./u, one).replace(/(?<==)./u, one);
 }

@@ -20,7 +20,7 @@ function movingKey(kind: "approaching" | "carrying" | "leaving", source: string 
 }
 
 /** What is the matter now, in a few words. */
-export function statusText(game: GameView | null, station: StationView | null): string {
+export function statusText(game: GameView | null, station: StationView | null, activity: ActivityView | null): string {
   if (station?.phase === "connecting" || station?.phase === "starting" || station?.phase === "leaving") {
     return t(`game.status_${station.phase}`);
   }
@@ -30,6 +30,7 @@ export function statusText(game: GameView | null, station: StationView | null): 
   if (game.paused) return t(game.in_transfer ? "game.status_paused_transfer" : "game.status_paused");
   if (game.person_to_move) return t(game.by_hand ? "game.status_your_move_hand" : "game.status_your_move");
   const side = game[game.turn];
+  if (activity?.piece) return t("game.status_moving", { name: sideName(side) });
   return side.kind === "engine" ? t("game.status_thinking", { name: sideName(side) }) : t("game.status_to_move", { colour: t(`game.${game.turn}`) });
 }
 

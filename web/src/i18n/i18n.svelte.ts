@@ -8,7 +8,7 @@ import type operator from "./en/operator.json";
 import type scene from "./en/scene.json";
 import type shell from "./en/shell.json";
 import { settings } from "../state/settings.svelte";
-import { direction, isLocale, type Locale } from "./locales";
+import { direction, intlTag, isLocale, type Locale } from "./locales";
 
 type Base<Name extends string> = Name extends `${infer Stem}_${Intl.LDMLPluralRule}` ? Stem | Name : Name;
 type Room<Name extends string, Texts> = `${Name}.${Base<keyof Texts & string>}`;
@@ -30,7 +30,7 @@ class I18n {
   texts = $state.raw<Texts>(EN);
   rtl = $derived(direction(this.locale) === "rtl");
   #plurals = $derived(new Intl.PluralRules(this.locale));
-  #numbers = $derived(new Intl.NumberFormat(this.locale));
+  #numbers = $derived(new Intl.NumberFormat(intlTag(this.locale)));
 
   form(count: number): Intl.LDMLPluralRule {
     return this.#plurals.select(count);
@@ -70,11 +70,11 @@ export function preferredLocale(): Locale {
 
 export function formatNumber(value: number, digits = 0): string {
   const options = { minimumFractionDigits: digits, maximumFractionDigits: digits };
-  return new Intl.NumberFormat(i18n.locale, options).format(value);
+  return new Intl.NumberFormat(intlTag(i18n.locale), options).format(value);
 }
 
 export function formatDate(date: Date): string {
-  return new Intl.DateTimeFormat(i18n.locale, { dateStyle: "medium", timeStyle: "short" }).format(date);
+  return new Intl.DateTimeFormat(intlTag(i18n.locale), { dateStyle: "medium", timeStyle: "short" }).format(date);
 }
 
 function find(key: string, params?: Params): string {

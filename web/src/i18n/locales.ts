@@ -8,3 +8,8 @@ export function isLocale(text: string): text is Locale {
 export function direction(locale: Locale): "ltr" | "rtl" {
   return locale === "ar" ? "rtl" : "ltr";
 }
+
+/** For Intl. Arabic with the digits that the board's coordinates have, so that one page has one kind. */
+export function intlTag(locale: Locale): string {
+  return locale === "ar" ? "ar-u-nu-latn" : locale;
+}

@@ -2,11 +2,20 @@
 import { i18n } from "../i18n/i18n.svelte";
 import { settings } from "./settings.svelte";
 
-export const announced = $state({ polite: "", assertive: "" });
+export interface Announcement {
+  readonly id: number;
+  readonly text: string;
+}
 
-export function announce(text: string, how: "polite" | "assertive" = "polite"): void {
-  // A no-break space makes the same words a new text, which is read again.
-  announced[how] = announced[how] === text ? `${text}\u00a0` : text;
+type Regions = Record<"polite" | "assertive", readonly Announcement[]>;
+const KEPT = 4;
+let next = 1;
+
+/** The newest of each; what is added to a live region is read, however soon the next one follows. */
+export const announced: Regions = $state({ polite: [], assertive: [] });
+
+export function announce(text: string, how: keyof Regions = "polite"): void {
+  announced[how] = [...announced[how], { id: next++, text }].slice(-KEPT);
   if (settings.speech) speak(text);
 }
 
