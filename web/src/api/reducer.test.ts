@@ -4,7 +4,7 @@ import { applyDelta, applySnapshot, NOTHING } from "./reducer";
 import type { PieceView } from "./types";
 
 const piece = (id: number, x: number): PieceView => ({ id, letter: "P", at: [x, 0, 0], quaternion: [1, 0, 0, 0] });
-const scene = (...pieces: PieceView[]) => ({ tool: null, closed: false, hand: null, pieces });
+const scene = (whole: boolean, ...pieces: PieceView[]) => ({ tool: null, closed: false, hand: null, whole, table: "one", pieces });
 const begun = applySnapshot(NOTHING, snapshot({ game: gameView(), station: stationView() }), 0);
 
 it("replaces whole topics, and only those that changed", () => {
@@ -21,10 +21,11 @@ it("takes no topic of a delta that is older than the snapshot", () => {
   expect(applyDelta(begun, delta(1, { game: null }))).toBe(begun);
 });
 
-it("keeps pieces that a delta of the scene does not name", () => {
-  const seen = applySnapshot(NOTHING, snapshot({ scene: scene(piece(1, 0), piece(2, 5)) }), 0);
-  const moved = applyDelta(seen, delta(2, { scene: scene(piece(2, 9)) }));
+it("keeps pieces that a delta of the scene does not name, unless it is whole", () => {
+  const seen = applySnapshot(NOTHING, snapshot({ scene: scene(true, piece(1, 0), piece(2, 5)) }), 0);
+  const moved = applyDelta(seen, delta(2, { scene: scene(false, piece(2, 9)) }));
   expect(moved.topics.scene?.pieces).toEqual([piece(1, 0), piece(2, 9)]);
+  expect(applyDelta(moved, delta(3, { scene: scene(true, piece(2, 9)) })).topics.scene?.pieces).toEqual([piece(2, 9)]);
 });
 
 it("knows the server's clock from the snapshot", () => {
