@@ -5,21 +5,19 @@ entry has a number, so that whoever comes again asks for what is newer.
 """
 
 import logging
-import re
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
+from kempelen.app.discreet import without_secrets
 from kempelen.robots.transport import WIRE
 
 WIRE_LINES = 20_000
 LOG_LINES = 2_000
 _LONGEST = 400  # characters of a line; a device that never sends a newline fills no memory
 _NAMES = {0x18: "reset", 0x84: "safety door", 0x85: "jog cancel"}
-_PATH = re.compile(r"(?<![\w.:/])/(?:[^\s'\"/:,;]+/)+([^\s'\"/:,;]*)")
-_SECRET = re.compile(r"(?i)\b(token|password|session)=[^\s&'\"]+")
 
 Way = Literal["out", "in"]
 _Entry = TypeVar("_Entry", "Heard", "Noted")
@@ -145,11 +143,6 @@ class ProgramLog(logging.Handler):
             text += f" ({record.exc_info[0].__name__}: {without_secrets(str(record.exc_info[1]))})"
         number = self.ring.next_number()
         self.ring.add(Noted(number, record.created, record.levelname, record.name, text[: 5 * _LONGEST]))
-
-
-def without_secrets(text: str) -> str:
-    """A message as others may read it: files by their names alone, tokens and passwords left out."""
-    return _PATH.sub(r"\1", _SECRET.sub(r"\1=…", text))
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from typing import Literal, Self
 
 import chess
 
+from kempelen.app.discreet import without_paths
 from kempelen.app.narrate import sentence
 from kempelen.app.station import Station
 from kempelen.app.station_types import Change, Phase
@@ -21,7 +22,6 @@ from kempelen.core.senses import Sight
 from kempelen.server.hub import Hub
 from kempelen.server.messages import Say
 from kempelen.server.moves import colour_of
-from kempelen.server.problems import without_paths
 from kempelen.server.topics import ActivityView
 from kempelen.server.views import (
     GameViews,

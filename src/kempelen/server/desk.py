@@ -13,9 +13,10 @@ from typing import Annotated, Self
 from fastapi import Depends
 from fastapi.requests import HTTPConnection
 
+from kempelen.app.discreet import without_paths
 from kempelen.app.doctor import examine_machine
 from kempelen.app.eye import Eye
-from kempelen.app.logbook import Heard, Logbook, kept, without_secrets
+from kempelen.app.logbook import Heard, Logbook, kept
 from kempelen.app.port_scan import scan_ports
 from kempelen.app.station import Station
 from kempelen.app.station_types import Change, Phase
@@ -169,7 +170,7 @@ def wire_line(line: Heard) -> WireLine:
 
 
 def _without_paths(row: CheckView) -> CheckView:
-    return row.model_copy(update={"found": without_secrets(row.found), "todo": without_secrets(row.todo)})
+    return row.model_copy(update={"found": without_paths(row.found), "todo": without_paths(row.todo)})
 
 
 def desk_of(connection: HTTPConnection) -> Desk:

@@ -1,7 +1,6 @@
 """What goes wrong, as answers: a sentence and a next step, never a path, a secret or a trace."""
 
 import logging
-import re
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,11 +12,11 @@ from fastapi.responses import JSONResponse
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
+from kempelen.app.discreet import without_paths
 from kempelen.core.errors import KempelenError
 from kempelen.server.topics import Model
 
 _log = logging.getLogger(__name__)
-_PATH = re.compile(r"(?<![\w/:.])/(?!dev/)(?:[^\s/'\"]+/)+([^\s/'\"]*)")
 _SHOWN = 3
 _LOGGED_EVERY_S = 10.0
 FAULT = "The server made a mistake; its log says which."
@@ -56,11 +55,6 @@ def problem(
 ) -> JSONResponse:
     """An answer that says why not."""
     return JSONResponse(Problem(error=error, hint=hint).model_dump(), status, headers)
-
-
-def without_paths(text: str) -> str:
-    """Of paths only the last name; devices are what they are."""
-    return _PATH.sub(r"\1", text)
 
 
 def told(error: KempelenError) -> Problem:

@@ -4,6 +4,7 @@ import time
 
 import chess
 
+from kempelen.app.discreet import without_paths
 from kempelen.app.live_game import LiveGame
 from kempelen.app.station import Station
 from kempelen.app.station_types import CalibrationState, Phase, Prompt, StationFault
@@ -11,7 +12,6 @@ from kempelen.core.protocols import RobotState, Thinking
 from kempelen.core.senses import Sight
 from kempelen.game.clock import ClockReading
 from kempelen.server.moves import MoveBook, colour_of
-from kempelen.server.problems import without_paths
 from kempelen.server.topics import (
     CalibrationView,
     Candidate,

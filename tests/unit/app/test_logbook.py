@@ -3,7 +3,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from kempelen.app.logbook import Logbook, ProgramLog, WireLog, kept, without_secrets
+from kempelen.app.discreet import without_secrets
+from kempelen.app.logbook import Logbook, ProgramLog, WireLog, kept
 from kempelen.robots.transport import WIRE
 
 
@@ -80,7 +81,9 @@ def test_an_exception_is_told_by_its_kind() -> None:
     assert program.ring.find(0, 1, "")[0].text == "failed (OSError: place is full)"
 
 
-@pytest.mark.parametrize("text", ["http://127.0.0.1:8420/spectator", "and/or", "a / b", "socket://host:1"])
+@pytest.mark.parametrize(
+    "text", ["http://127.0.0.1:8420/spectator", "and/or", "a / b", "socket://host:1", "/dev/ttyUSB0"]
+)
 def test_what_is_no_path_stays(text: str) -> None:
     assert without_secrets(text) == text
 
