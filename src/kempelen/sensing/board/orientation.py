@@ -13,13 +13,14 @@ import numpy as np
 
 from kempelen.core.camera import Picture
 from kempelen.core.geometry import Array
+from kempelen.core.senses import BLACK, WHITE, states_of
 from kempelen.sensing.board.placement import ROWS
-from kempelen.sensing.sighting import BoardSighting, moved
+from kempelen.sensing.sighting import DARK, BoardSighting, moved
 
 _SAMPLES = 12  # a side of a square
 _MIDDLE = slice(4, 8)  # of those: where a man's foot and body are
-_FEWEST_MEN = 2  # of each colour, without which brightness says nothing
-_CLEARLY = 3.0  # standard errors by which one answer must be better
+_FEWEST_REPEATED = 2  # men beside another like them: without, nobody knows how much men differ
+_CLEARLY = 4.0  # standard errors by which one answer must be better
 
 
 class Side(StrEnum):
@@ -113,8 +114,7 @@ def square_contrast(image_from_board: Array, picture: Picture) -> Array:
     seen = cv2.remap(grey, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     blocks = np.asarray(seen, dtype=np.float64).reshape(ROWS, _SAMPLES, ROWS, _SAMPLES)
     middle = np.median(blocks[:, _MIDDLE, :, _MIDDLE], axis=(1, 3)).ravel()
-    dark = (np.add.outer(np.arange(ROWS), np.arange(ROWS)) % 2 == 0).ravel()
-    for colour in (dark, ~dark):
+    for colour in (DARK, ~DARK):
         middle[colour] -= np.median(middle[colour])
     return middle
 
@@ -124,15 +124,25 @@ def _both(sighting: BoardSighting) -> tuple[Array, Array]:
 
 
 def _agreement(contrast: Array, position: chess.BaseBoard) -> float:
-    """By how many standard errors White's squares are brighter than Black's, square colours evened out."""
-    white = np.array(
-        [square in chess.SquareSet(position.occupied_co[chess.WHITE]) for square in chess.SQUARES]
-    )
-    black = np.array(
-        [square in chess.SquareSet(position.occupied_co[chess.BLACK]) for square in chess.SQUARES]
-    )
-    if min(white.sum(), black.sum()) < _FEWEST_MEN:
+    """By how many standard errors White's men are brighter than Black's, where both stand on like squares.
+
+    A man is seen against its square: White's on light squares look darker than Black's on dark ones. So each
+    colour of square has its own difference, and they are weighed together as in a two-way layout, with one
+    spread for the men of one colour on squares of one colour.
+    """
+    states = states_of(position)
+    difference = weight = scatter = 0.0
+    freedom = 0
+    for shade in (DARK, ~DARK):
+        bright, dim = contrast[shade & (states == WHITE)], contrast[shade & (states == BLACK)]
+        for men in (bright, dim):
+            scatter += float(men.var() * len(men)) if len(men) else 0.0
+            freedom += max(len(men) - 1, 0)
+        if len(bright) and len(dim):
+            counts = len(bright) * len(dim) / (len(bright) + len(dim))
+            difference += counts * float(bright.mean() - dim.mean())
+            weight += counts
+    if freedom < _FEWEST_REPEATED or not weight:
         return 0.0
-    bright, dim = contrast[white], contrast[black]
-    spread = np.sqrt(bright.var(ddof=1) / len(bright) + dim.var(ddof=1) / len(dim))
-    return float((bright.mean() - dim.mean()) / max(spread, 1.0))
+    spread = np.sqrt(scatter / freedom / weight)
+    return float(difference / weight / max(spread, 1.0))
