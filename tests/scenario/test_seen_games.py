@@ -20,13 +20,15 @@ from kempelen.core import events
 from kempelen.core.geometry import Transform
 from kempelen.core.places import Place
 from kempelen.core.senses import Sight
+from kempelen.game.board_person import BoardPerson
 from kempelen.game.modes import Mode
 from kempelen.testing.live import Stage
 from kempelen.testing.scenarios import Kill, Program
 
 pytestmark = pytest.mark.physics
 
-CASTLES = "rnbqk1nr/pppp1ppp/8/2b1p3/2B1P3/5N2/PPPP1PPP/RNBQK2R w KQkq - 0 1"
+FORCED = "kn6/3Q4/5p1p/2p2P1P/2P1p3/1R2P3/PP2BPP1/4K2R w K - 0 1"
+"""After a capture on b8 Black can only take back, and after castling only go to a8: no engine spoils it."""
 CAPTURE = "4k3/pp6/2n5/3p4/4P3/5N2/PP6/4K3 w - - 0 1"
 
 
@@ -34,22 +36,31 @@ def seen(folder: Path, fen: str = chess.STARTING_FEN) -> Stage:
     return Stage(folder, GameRequest(Mode.PLAY, fen), sensor__kind="camera", play__hands="person")
 
 
+async def until_a_move_is_wanted(stage: Stage) -> None:
+    """The robot's move has been seen to stand."""
+    person = stage.live.cast.person
+    while not person.to_move:
+        await person.wanted.wait()
+
+
 async def test_captures_and_castling_are_read_off_the_board(tmp_path: Path) -> None:
     """What is typed is made by hand; the program knows of it by seeing it alone."""
-    async with seen(tmp_path, CASTLES) as stage:
+    async with seen(tmp_path, FORCED) as stage:
         stage.play()
-        await stage.type("Bxf7+")
-        await stage.cue("1. Bxf7+ by hand")
-        await stage.cue("1... ")
+        await stage.type("Rxb8+")
+        await stage.cue("1. Rxb8+ by hand")
+        await stage.cue("1... Kxb8")
         await stage.type("O-O")
         await stage.cue("2. O-O by hand")
-        await stage.cue("2... ")
-        await stage.type("d4")  # typed as soon as it is wanted, that is, when the robot's move has been seen
-        await stage.cue("3. d4 by hand")
+        await stage.cue("2... Ka8")
+        await stage.type("g3")  # typed as soon as it is wanted, that is, when the robot's move has been seen
+        await stage.cue("3. g3 by hand")
         await stage.arbiter.resign(chess.WHITE)
         report = await stage.report()
         assert await stage.wrong() == []
-        assert getattr(stage.live.cast.person, "answered", 0) == 0
+        person = stage.live.cast.person
+        assert isinstance(person, BoardPerson)
+        assert person.answered == 0
     assert (report.interventions, report.disagreements) == (0, [])
 
 
@@ -65,8 +76,7 @@ async def test_a_hand_that_moves_without_a_word(tmp_path: Path) -> None:
         await person.play(stage.live.board.copy(), chess.Move.from_uci("e2e4"))
         await stage.cue("1. e4 by hand")
         reply = await stage.cue("1... ")
-        while not stage.live.cast.person.to_move:
-            await stage.live.cast.person.wanted.wait()
+        await until_a_move_is_wanted(stage)
         taken_back = stage.live.board.copy()
         move = taken_back.pop()
         x, y = stage.live.session.table.centre(Place.at(move.to_square))[:2].tolist()
@@ -162,8 +172,7 @@ async def test_a_board_elsewhere_than_it_was_touched_is_measured_by_camera_alone
         await stage.type("e4")
         await stage.cue("1. e4 by hand")
         await stage.cue("1... ")
-        await stage.type("d4")
-        await stage.cue("2. d4 by hand")
+        await until_a_move_is_wanted(stage)
         await stage.arbiter.resign(chess.WHITE)
         report = await stage.report()
         assert await stage.wrong() == []
