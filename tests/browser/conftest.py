@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Playwright, expect, sync_playwright
 from kempelen.bench.served import FLAGS, Served, find_chromium
 from kempelen.core.errors import ConfigError
 from kempelen.testing.pages import BLIND, WAIT_MS, Serve, Visitor, Visitors
+from kempelen.testing.uci_engines import write_engine
 
 expect.set_options(timeout=WAIT_MS)
 
@@ -58,9 +59,11 @@ def browser(playwright: Playwright, chromium: str) -> Iterator[Browser]:
 
 def _server(folder: Path) -> Iterator[Serve]:
     running: list[Served] = []
+    fake = str(write_engine(folder, "--multipv"))
 
-    def serve(*options: str, data: Path | None = None, port: int = 0) -> Served:
-        server = Served(data or folder / f"data-{len(running)}", *(options or BLIND), port=port)
+    def serve(*options: str, data: Path | None = None, port: int = 0, engine: str = fake) -> Served:
+        chosen = [*(options or BLIND), *(["--engine", engine] if engine else [])]
+        server = Served(data or folder / f"data-{len(running)}", *chosen, port=port)
         running.append(server.__enter__())
         return server
 
@@ -71,7 +74,10 @@ def _server(folder: Path) -> Iterator[Serve]:
 
 @pytest.fixture
 def serve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
-    """Starts a server with options of its own; without any: a fast twin that is played by without eyes."""
+    """Starts a server with options of its own; without any: a fast twin that is played by without eyes.
+
+    The engine makes legal moves at once, unless another one is named; "": the best at hand.
+    """
     monkeypatch.delenv("KEMPELEN_SENSOR", raising=False)
     yield from _server(tmp_path)
 

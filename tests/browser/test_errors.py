@@ -6,7 +6,7 @@ import socket
 import pytest
 from playwright.sync_api import Page, expect
 
-from kempelen.testing.pages import BACK_RANK, BLIND, FAST, Serve, Visitor, Visitors, ask_twin
+from kempelen.testing.pages import BACK_RANK, FAST, Serve, Visitor, Visitors, ask_twin
 
 
 def test_no_robot_at_a_port(operator: Visitor) -> None:
@@ -57,7 +57,7 @@ def test_darkness_and_a_covered_camera(serve: Serve, visitors: Visitors) -> None
 
 
 def test_an_engine_that_is_not_there(serve: Serve, visitors: Visitors) -> None:
-    operator = Visitor(visitors.open(serve(*BLIND, "--engine", "/no/such/engine").link)).ready()
+    operator = Visitor(visitors.open(serve(engine="/no/such/engine").link)).ready()
     operator.button(re.compile("^Play against the engine")).click()
     expect(operator.note(re.compile("/no/such/engine|engine"))).to_be_visible()
 

@@ -11,7 +11,7 @@ PAWN_BEFORE_ITS_LAST_STEP = "8/P7/4p3/4P3/8/1k6/8/6K1 w - - 0 1"
 
 def test_from_a_fresh_start_through_the_camera_to_mate(serve: Serve, visitors: Visitors) -> None:
     """Pieces dragged in the page are moved by the virtual hand; the game knows by seeing them alone."""
-    somebody = Visitor(visitors.open(serve(*FAST).link)).ready()
+    somebody = Visitor(visitors.open(serve(*FAST, engine="").link)).ready()
     somebody.go("New game")
     page = somebody.page
     page.get_by_text("Set one up").click()

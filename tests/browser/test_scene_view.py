@@ -38,7 +38,7 @@ def game(operator: Visitor) -> Callable[[str], Page]:
 
     def begin(view: str, script: str = "") -> Page:
         page = operator.page
-        operator.must("new_game", mode="play", level="1", move_time=0.02)
+        operator.must("new_game", mode="play", level="full", move_time=0.02)
         page.add_init_script(SHOW.format(view) + "\n" + script)
         page.set_viewport_size({"width": 1000, "height": 640})
         page.reload()
@@ -61,7 +61,7 @@ def test_a_piece_is_dragged_in_the_3d_view(operator: Visitor, game: Callable[[st
     expect(page.locator("canvas.ready")).to_be_visible()
     operator.status("Your move")
     drag(page, "e2", "e5")
-    expect(page.get_by_role("status", name="News")).to_contain_text("This piece cannot go there")
+    expect(page.get_by_text("This piece cannot go there")).to_be_attached()
     drag(page, "g1", "f3")
     operator.played("Nf3")
 

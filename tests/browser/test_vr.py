@@ -54,7 +54,7 @@ def sent_commands(page: Page) -> list[dict[str, Any]]:
 
 def test_a_pawn_is_taken_with_a_controller_and_set_down(operator: Visitor) -> None:
     page = operator.page
-    operator.must("new_game", mode="play", level="1", move_time=0.02)
+    operator.must("new_game", mode="play", level="full", move_time=0.02)
     page.add_init_script(SCENE)
     page.add_init_script(IWER.read_text(encoding="utf-8"))
     page.add_init_script(DEVICE)

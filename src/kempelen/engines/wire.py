@@ -44,7 +44,7 @@ class Patience:
         restarts: Per move.
     """
 
-    hello: float = 5.0
+    hello: float = 15.0
     ready: float = 30.0
     grace: float = 5.0
     farewell: float = 1.0

@@ -31,7 +31,7 @@ _PASSES = """([axis, target, up]) => {
     return up ? now >= target : now <= target;
 }"""
 Serve = Callable[..., Served]
-"""Starts a server; takes its options, and ``data`` and ``port``."""
+"""Starts a server; takes its options, and ``data``, ``port`` and ``engine``."""
 BACK_RANK = "r5k1/pp3ppp/8/8/8/8/PP2QPPP/4R1K1 w - - 0 1"
 """1. Qe8+ leaves Black nothing but 1... Rxe8, and 2. Rxe8 is mate."""
 
