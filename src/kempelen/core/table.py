@@ -26,6 +26,8 @@ from kempelen.core.pieces import KINDS, PRESETS, PieceSet
 from kempelen.core.places import Layout, Place
 from kempelen.core.surfaces import Surface
 
+_Offset = Annotated[float, Field(ge=-5000, le=5000)]
+
 
 class Tray(BaseModel):
     """A grid of slots beside the board, fixed to the board's frame.
@@ -44,7 +46,7 @@ class Tray(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: Annotated[str, Field(pattern=r"^[a-z]{2,12}$")]
-    origin: tuple[float, float]
+    origin: tuple[_Offset, _Offset]
     rows: Annotated[int, Field(ge=1, le=20)] = 8
     columns: Annotated[int, Field(ge=1, le=8)] = 2
     pitch: Annotated[float, Field(ge=15, le=150)] = 50.0

@@ -44,6 +44,9 @@ class RecordingStation(Station):
     async def resume(self) -> None:
         raise RuntimeError("a mistake at /secret/place")
 
+    async def connect(self, kind: str, port: str) -> None:
+        self.calls.append(("connect", kind, port))
+
     async def jog(self, owner: str, direction: tuple[float, float, float], speed: float) -> None:
         self.calls.append(("jog", owner, direction, speed))
 
