@@ -25,7 +25,7 @@ from kempelen.server import (
 from kempelen.server.bridge import Bridge
 from kempelen.server.describe import describe
 from kempelen.server.desk import Desk
-from kempelen.server.feeds import feeds
+from kempelen.server.feeds import feeds, kept_up
 from kempelen.server.house import House, Settings
 from kempelen.server.problems import explain
 from kempelen.server.security import Guard
@@ -85,7 +85,7 @@ async def _alive(app: FastAPI) -> AsyncIterator[None]:
         stack.enter_context(app.state.desk)
         stack.push_async_callback(house.dispatcher.close)
         stack.enter_context(Bridge(house.station, house.hub))
-        tasks = [asyncio.create_task(feed.run(), name=type(feed).__name__) for feed in feeds(house)]
+        tasks = [asyncio.create_task(kept_up(feed), name=type(feed).__name__) for feed in feeds(house)]
         stack.push_async_callback(_end, tasks)
         yield
 

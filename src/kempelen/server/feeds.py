@@ -1,5 +1,7 @@
 """What is looked at again and again while somebody follows it."""
 
+import asyncio
+import logging
 from collections.abc import Iterable
 from typing import Protocol
 
@@ -9,6 +11,9 @@ from kempelen.server.house import House
 from kempelen.server.scene_feed import SceneFeed
 from kempelen.server.scene_source import scene_source
 
+_AGAIN_S = 2.0
+_log = logging.getLogger(__name__)
+
 
 class Feed(Protocol):
     """Something that publishes a topic by itself."""
@@ -16,6 +21,16 @@ class Feed(Protocol):
     async def run(self) -> None:
         """Until cancelled."""
         ...
+
+
+async def kept_up(feed: Feed) -> None:
+    """Run it until cancelled: a fault of one look is not the end of all."""
+    while True:
+        try:
+            await feed.run()
+        except Exception:  # noqa: BLE001 - whatever it was, the next look may go well
+            _log.exception("%s failed", type(feed).__name__)
+        await asyncio.sleep(_AGAIN_S)
 
 
 def feeds(house: House) -> Iterable[Feed]:

@@ -81,10 +81,8 @@ def prompt_view(prompt: Prompt, board: chess.Board | None) -> PromptView:
 
 
 def _san(uci: str, board: chess.Board | None) -> str:
-    try:
-        return board.san(chess.Move.from_uci(uci)) if board else uci
-    except ValueError:  # of another position
-        return uci
+    move = chess.Move.from_uci(uci)
+    return board.san(move) if board is not None and move in board.legal_moves else uci
 
 
 def thinking_view(colour: chess.Color, thinking: Thinking, board: chess.Board) -> ThinkingView:
