@@ -60,6 +60,7 @@ def test_a_piece_is_dragged_in_the_3d_view(operator: Visitor, game: Callable[[st
     page = game("scene")
     expect(page.locator("canvas.ready")).to_be_visible()
     operator.status("Your move")
+    page.wait_for_function("document.querySelector('canvas.ready').pieceCount() > 0")
     drag(page, "e2", "e5")
     expect(page.get_by_text("This piece cannot go there")).to_be_attached()
     drag(page, "g1", "f3")

@@ -35,7 +35,7 @@ interface Mood {
 
 const MOODS: Record<Theme, Mood> = {
   light: { wall: "#e9e3d8", floor: "#d9d1c3", key: "#fff3e2", keyStrength: 2.3, fill: "#dfe8f5", fillStrength: 0.3, ground: "#8a7a66", surroundings: 0.66, exposure: 1.12 },
-  dark: { wall: "#14130f", floor: "#191713", key: "#ffdcae", keyStrength: 2.6, fill: "#7f90b8", fillStrength: 0.2, ground: "#2a2018", surroundings: 0.3, exposure: 1.15 },
+  dark: { wall: "#14130f", floor: "#191713", key: "#ffdcae", keyStrength: 2.6, fill: "#7f90b8", fillStrength: 0.2, ground: "#2a2018", surroundings: 0.36, exposure: 1.4 },
 };
 
 /** Of the playing surface above the floor, m. */
