@@ -54,7 +54,7 @@ def violations(page: Page) -> list[str]:
 @pytest.mark.parametrize("look", LOOKS)
 def test_axe_finds_nothing(guest: Any, look: str) -> None:
     page = guest("", bypass_csp=True, reduced_motion="reduce", **LOOKS[look])
-    page.add_init_script(path=AXE)
+    page.add_init_script(AXE.read_text(encoding="utf-8"))
     found = {}
     for path in PAGES:
         page.goto(f"/{path}")
