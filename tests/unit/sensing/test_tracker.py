@@ -8,7 +8,7 @@ import pytest
 from kempelen.core.camera import Frame
 from kempelen.core.errors import ConfigError
 from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation, Sight, states_of
-from kempelen.sensing.draw import annotate
+from kempelen.sensing.draw import Ground, Layer, annotate, layered
 from kempelen.sensing.tracker import Tracker, TrackerSettings, Use
 from kempelen.testing.depth_scene import SKIN, SQUARE, DepthScene, Post, start_men
 
@@ -203,6 +203,27 @@ def test_a_picture_of_nothing_is_drawn_too() -> None:
     view = watched.tracker.view()
     assert view is not None
     assert annotate(view, 320).ndim == 3
+
+
+def test_each_layer_adds_to_the_bare_picture(depth: Watched) -> None:
+    depth.settled()
+    view = depth.tracker.view()
+    assert view is not None
+    assert view.hand is not None
+    hand = np.zeros_like(view.hand)
+    hand[:20, :20] = True
+    view = replace(view, hand=hand)
+    bare = layered(view, Ground.COLOUR, [], 480)
+    assert bare is not None
+    assert bare.shape[1] == 480
+    for layer in Layer:
+        drawn = layered(view, Ground.COLOUR, [layer], 480)
+        assert drawn is not None
+        assert (drawn != bare).any(), layer
+    for ground in (Ground.DEPTH, Ground.ABOVE):
+        assert layered(view, ground, [], 480) is not None
+    blind = replace(view, frame=replace(view.frame, colour=None, depth=None), heights=None)
+    assert [layered(blind, ground, list(Layer)) for ground in Ground] == [None, None, None]
 
 
 def test_a_silent_camera_is_told() -> None:
