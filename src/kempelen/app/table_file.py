@@ -54,7 +54,7 @@ def read_table_file(data_dir: Path) -> TableFile:
 
 
 def _content(said: Mapping[str, Any], path: Path) -> dict[str, Any]:
-    found = {}
+    found: dict[str, Any] = {}
     for section, value in said.items():
         keys = _HOLDS.get(section)
         unknown = keys is None or (keys and (not isinstance(value, dict) or set(value) - set(keys)))
