@@ -38,7 +38,7 @@ class _Warnings(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """One line, with the error behind it."""
         why = f": {record.exc_info[1]}" if record.exc_info and record.exc_info[1] else "."
-        self._say(f"Warning: {record.getMessage()}{why}")
+        self._say(f"Warning: {record.getMessage().rstrip('.')}{why}")
 
 
 @contextmanager
