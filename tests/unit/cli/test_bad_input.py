@@ -424,7 +424,7 @@ def test_the_input_ends_when_a_person_is_to_move(kempelen: Any, engine: Path, da
 
 
 def test_benches_that_are_none(kempelen: Any, tmp_path: Path) -> None:
-    assert_told(kempelen("bench", "speed"), CONFIG, "There is no bench 'speed'", "motion, spectators, twin")
+    assert_told(kempelen("bench", "speed"), CONFIG, "There is no bench 'speed'", "spectators, twin")
     told = kempelen("bench", "motion", "--json", tmp_path)
     assert_told(told, CONFIG, f"{tmp_path} cannot be written")
     told = kempelen("bench", "motion", "--clients", "5")
