@@ -4,6 +4,7 @@
 #   make test         lint, types, layers, the page's tests, tests, coverage
 #   make lint         the first three alone
 #   make page         the web page, where web/ has changed
+#   make types        what the page knows of the server, where its topics or commands have changed
 #   make bench        the measurements, as tables
 #   make screenshots  pictures of the page, in docs/images/web
 #   make soak         the long runs
@@ -21,7 +22,7 @@ LEAST_COVERAGE := 95
 SETUP := tools/setup.sh requirements/build.txt pyproject.toml hatch_build.py
 
 .DEFAULT_GOAL := help
-.PHONY: help setup play page web-test browser test lint bench soak screenshots docs lock clean
+.PHONY: help setup play page types web-test browser test lint bench soak screenshots docs lock clean
 
 help:
 	@sed -n '2,/^$$/s/^# \{0,1\}//p' Makefile
@@ -40,6 +41,10 @@ $(VENV)/.run: $(SETUP) requirements/run.txt
 # Costs nothing while the page is as web/ has it: the script compares their contents.
 page: $(VENV)/.run
 	@$(BIN)/python hatch_build.py
+
+types: setup
+	@$(BIN)/python -m kempelen.server.schema > web/openapi.json
+	@$(BIN)/python hatch_build.py types
 
 web-test: setup
 	@$(BIN)/python hatch_build.py check-types check test
