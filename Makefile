@@ -46,8 +46,8 @@ types: setup
 	@$(BIN)/python -m kempelen.server.schema > web/openapi.json
 	@$(BIN)/python hatch_build.py types
 
-web-test: setup
-	@$(BIN)/python hatch_build.py check-types check test
+web-test: setup page
+	@$(BIN)/python hatch_build.py check-types check size test
 
 play: page
 	@$(BIN)/kempelen serve $(ARGS)

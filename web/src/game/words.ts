@@ -36,7 +36,12 @@ export function statusText(game: GameView | null, station: StationView | null, a
 
 /** A person without a name of their own is one in every language. */
 export function sideName(side: SideView): string {
-  return side.kind === "person" && side.name === "Person" ? t("game.person") : side.name;
+  return side.kind === "person" ? personName(side.name) : side.name;
+}
+
+/** The journal has names alone. */
+export function personName(name: string): string {
+  return name === "Person" ? t("game.person") : name;
 }
 
 export function resultTitle(result: string): string {
