@@ -57,7 +57,7 @@ def test_a_move_by_keys_alone(operator: Visitor) -> None:
     expect(operator.square("e4")).to_have_accessible_name(re.compile("can go here"))
     page.keyboard.press("Enter")
     operator.played("e4", ".+")
-    expect(page.get_by_role("status", name="News")).to_contain_text("Your move.")
+    expect(page.get_by_role("log", name="News")).to_contain_text("Your move.")
 
 
 def test_two_operators_and_somebody_who_looks_on(serve: Serve, visitors: Visitors) -> None:

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
 from kempelen.testing.pages import BACK_RANK, BLIND, Serve, Visitor, Visitors
 
@@ -49,8 +49,12 @@ def test_the_emergency_stop_and_back_into_the_game(operator: Visitor) -> None:
 
 
 def test_the_stop_is_a_key_too(operator: Visitor) -> None:
+    """At rest nothing is lost but the place of the robot."""
+    unhomed = operator.fault("The robot must be homed")
+    unhomed.get_by_role("button", name="Home the robot").click()
+    expect(unhomed).to_have_count(0)
     operator.page.keyboard.press("F8")
-    expect(operator.fault("The robot has raised an alarm")).to_be_visible()
+    expect(unhomed.get_by_role("button", name="Home the robot")).to_be_visible()
     expect(operator.page.get_by_role("alert").filter(has_text="Emergency stop sent.")).to_be_attached()
 
 
@@ -67,18 +71,13 @@ def test_others_take_over_in_the_midst_of_a_replay(operator: Visitor) -> None:
     operator.must("speed", speed=0)
     operator.button("Other players").click()
     page.get_by_role("dialog").get_by_role("button", name="I play White").click()
+    operator.button("Go on").click()  # they take over when the move in hand is done
     expect(operator.note("Others play on from here.")).to_be_visible()
-    resume(page)
     operator.my_turn()
     game = operator.topic("game")
     assert game["mode"] == "play"
     assert game["moves"][0]["san"] == "e4"
     assert game["number"] == 1
-
-
-def resume(page: Page) -> None:
-    """Where it is still paused."""
-    page.get_by_role("button", name="Go on", exact=True).click()
 
 
 def test_the_board_is_measured_in_the_midst_of_a_game(operator: Visitor) -> None:

@@ -38,10 +38,12 @@ def game(operator: Visitor) -> Callable[[str], Page]:
 
     def begin(view: str, script: str = "") -> Page:
         page = operator.page
-        operator.must("new_game", mode="play", level="full", move_time=0.02)
         page.add_init_script(SHOW.format(view) + "\n" + script)
         page.set_viewport_size({"width": 1000, "height": 640})
+        page.emulate_media(reduced_motion="reduce")  # a preset is there at once
         page.reload()
+        operator.ready()
+        operator.must("new_game", mode="play", level="full", move_time=0.02)
         return page
 
     return begin
@@ -61,6 +63,7 @@ def test_a_piece_is_dragged_in_the_3d_view(operator: Visitor, game: Callable[[st
     expect(page.locator("canvas.ready")).to_be_visible()
     operator.status("Your move")
     page.wait_for_function("document.querySelector('canvas.ready').pieceCount() > 0")
+    page.get_by_role("button", name="From above").click()  # from the side the king hides his pawn
     drag(page, "e2", "e5")
     expect(page.get_by_text("This piece cannot go there")).to_be_attached()
     drag(page, "g1", "f3")
@@ -90,5 +93,7 @@ def test_without_webgl_the_rest_of_the_page_goes_on(
     visitors.expected.append("WebGL")
     page = game("both", NO_WEBGL)
     expect(page.get_by_text("This browser cannot show 3D here")).to_be_visible()
-    operator.drag("e2", "e4")
+    move = page.get_by_placeholder("e2e4")
+    move.fill("e4")
+    move.press("Enter")
     operator.played("e4")
