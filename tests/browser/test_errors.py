@@ -105,7 +105,7 @@ def test_positions_that_are_none(operator: Visitor) -> None:
     page.get_by_text("Set one up").click()
     for fen, words in BAD_POSITIONS.items():
         page.get_by_role("textbox", name="FEN").fill(fen)
-        expect(page.get_by_text(words)).to_be_visible()
+        expect(page.get_by_role("listitem").filter(has_text=words)).to_be_visible()
         expect(operator.button("Begin")).to_be_disabled()
 
 
@@ -124,5 +124,5 @@ def add_tray_far_away(page: Page) -> None:
 
 
 def test_a_page_that_is_none(operator: Visitor) -> None:
-    operator.page.goto("/no/such/page")
+    operator.page.goto(f"{operator.page.url}no/such/page")
     expect(operator.page.get_by_role("heading", name="There is no such page.")).to_be_visible()

@@ -29,7 +29,10 @@ def page(request: Request, path: str) -> Response:
         return _let_in(request, house, token)
     if path == "api" or path.startswith("api/"):
         return problem(404, "There is nothing at this address.", "GET /api/openapi.json tells what there is.")
-    return _file(house.settings.page, path) or _first(house.settings.page)
+    found = _file(house.settings.page, path)
+    if found is None and path.startswith("assets/"):  # of a page that was open before an update
+        return problem(404, "This part of the page is not there any more.", "Load the page anew.")
+    return found or _first(house.settings.page)
 
 
 def _let_in(request: Request, house: House, token: str) -> Response:
