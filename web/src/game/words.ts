@@ -19,8 +19,13 @@ function movingKey(kind: "approaching" | "carrying" | "leaving", source: string 
   return "game.act_leaving";
 }
 
-/** What is the matter now, in a few words. */
-export function statusText(game: GameView | null, station: StationView | null, activity: ActivityView | null): string {
+/** What is the matter now, in a few words, to somebody who plays, or only looks on. */
+export function statusText(
+  game: GameView | null,
+  station: StationView | null,
+  activity: ActivityView | null,
+  plays = true,
+): string {
   if (station?.phase === "connecting" || station?.phase === "starting" || station?.phase === "leaving") {
     return t(`game.status_${station.phase}`);
   }
@@ -28,7 +33,10 @@ export function statusText(game: GameView | null, station: StationView | null, a
   if (game.result) return t("game.status_over");
   if (station && station.phase !== "playing") return t("game.status_cut_off");
   if (game.paused) return t(game.in_transfer ? "game.status_paused_transfer" : "game.status_paused");
-  if (game.person_to_move) return t(game.by_hand ? "game.status_your_move_hand" : "game.status_your_move");
+  if (game.person_to_move && plays) {
+    const atTheBoard = game.by_hand && !station?.on_twin; // the twin's hand makes what is chosen in the page
+    return t(atTheBoard ? "game.status_your_move_hand" : "game.status_your_move");
+  }
   const side = game[game.turn];
   if (activity?.piece) return t("game.status_moving", { name: sideName(side) });
   return side.kind === "engine" ? t("game.status_thinking", { name: sideName(side) }) : t("game.status_to_move", { colour: t(`game.${game.turn}`) });
