@@ -243,6 +243,7 @@ export class TableView {
 
   /** The ray through a point of the canvas, CSS pixels, in the robot's frame. */
   ray(x: number, y: number): Ray {
+    this.#stand();
     const caster = new Raycaster();
     const at = new Vector2((x / this.#sizes.width) * 2 - 1, 1 - (y / this.#sizes.height) * 2);
     caster.setFromCamera(at, this.camera);
@@ -275,6 +276,7 @@ export class TableView {
   /** Where on the canvas, CSS pixels, a point so high above the middle of a square is seen. */
   pointOf(square: string, height = 0): { x: number; y: number } {
     if (!this.geometry) return { x: 0, y: 0 };
+    this.#stand();
     const [x, y, z] = squareCentre(this.geometry, square);
     const seen = this.toRoom([x, y, z + height]).project(this.camera);
     return { x: ((seen.x + 1) / 2) * this.#sizes.width, y: ((1 - seen.y) / 2) * this.#sizes.height };
@@ -415,10 +417,16 @@ export class TableView {
     this.#shownAt = time;
   }
 
+  /** The camera to where one looks from, drawn or not. */
+  #stand(): void {
+    this.camera.position.set(...this.#inRoom(eyeOf(this.#orbit.view)));
+    this.camera.lookAt(...this.#inRoom(this.#orbit.view.target));
+    this.camera.updateMatrixWorld();
+  }
+
   #draw(): void {
     if (!this.renderer.xr.isPresenting) {
-      this.camera.position.set(...this.#inRoom(eyeOf(this.#orbit.view)));
-      this.camera.lookAt(...this.#inRoom(this.#orbit.view.target));
+      this.#stand();
       this.#gantry?.seenFrom(this.toTable(this.camera.position)[1]);
     }
     if (this.#shadows) this.renderer.shadowMap.needsUpdate = true;
