@@ -7,8 +7,8 @@ import typer
 from typer.testing import CliRunner
 
 from kempelen.app.cameras import open_camera
-from kempelen.cli.record import record
 from kempelen.app.recorder import Recorder
+from kempelen.cli.record import record
 from kempelen.core.camera import Frame
 from kempelen.core.errors import CameraError, ConfigError
 from kempelen.frames.host import CameraProcess
