@@ -85,9 +85,7 @@ async def _look(info: PortInfo, in_use: str, opened: Open) -> FoundPort:
     except KempelenError as error:
         return found("absent", str(error))
     except TimeoutError:
-        return found(
-            "silent", f"It cannot be opened within {ALL_S:.0f} s. Unplug it and plug it in again."
-        )
+        return found("silent", f"It cannot be opened within {ALL_S:.0f} s. Unplug it and plug it in again.")
 
 
 async def _ask(transport: Transport) -> tuple[Answer, str]:

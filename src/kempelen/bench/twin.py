@@ -15,6 +15,7 @@ from kempelen.app.cast import GameRequest
 from kempelen.app.config import load_config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.measure import Measurements
+from kempelen.app.people import Question
 from kempelen.app.report import GameReport
 from kempelen.bench.result import BenchResult, Progress, short_title
 from kempelen.bench.special_games import special_game
@@ -108,13 +109,13 @@ async def _replay(score: GameScore, seed: int) -> tuple[GameReport, Measurements
             return await game.play(), game.measurements
 
 
-async def nobody(question: str) -> str:
+async def nobody(question: Question) -> str:
     """Answer for a game that must ask nothing.
 
     Raises:
         RuntimeError: always.
     """
-    raise RuntimeError(f"nobody is here to answer: {question}")
+    raise RuntimeError(f"nobody is here to answer: {question.text}")
 
 
 def _row(score: GameScore, report: GameReport, taken: Measurements, wall: float) -> dict[str, Any]:

@@ -66,9 +66,7 @@ class SceneFeed:
         self._of: object | None = None
         self._source: SceneSource | None = None
         self._seen: Sample | None = None
-        self._known: object | None = (
-            None  # whose pieces were told last
-        )
+        self._known: object | None = None  # whose pieces were told last
         self._woken = asyncio.Event()
 
     async def run(self) -> None:

@@ -11,6 +11,7 @@ import pytest
 from kempelen.app.cast import GameRequest
 from kempelen.app.config import load_config
 from kempelen.app.live_game import LiveGame
+from kempelen.app.people import Question
 from kempelen.core.errors import ConfigError, GameError, LinkError
 from kempelen.core.events import CheckpointReached, Event
 from kempelen.game.journal import Journal, JournalReader
@@ -23,7 +24,7 @@ SCORE = GameScore({"White": "Ada", "Black": "Bob", "Date": "1843.10.01"}, chess.
 REPLAY = GameRequest(Mode.REPLAY, score=SCORE)
 
 
-async def nobody(question: str) -> str:
+async def nobody(question: Question) -> str:
     raise AssertionError(f"nobody is here to answer: {question}")
 
 
