@@ -67,6 +67,7 @@ SHOTS = (
 def main() -> None:
     """Take them all."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
+    expect.set_options(timeout=WAIT_MS)
     folder.mkdir(parents=True, exist_ok=True)
     with (
         tempfile.TemporaryDirectory(prefix="kempelen-shots-") as data,

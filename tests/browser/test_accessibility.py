@@ -81,9 +81,16 @@ def test_arabic_runs_from_right_to_left_and_fits(guest: Any, path: str) -> None:
 
 
 def overflow(page: Page) -> int:
-    """CSS pixels by which the page is wider than its window."""
-    root: int = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
-    return root
+    """CSS pixels by which the page, or a board that is cut off, is wider than the window."""
+    over: int = page.evaluate(
+        """() => {
+            const room = document.documentElement.clientWidth;
+            const edge = one => one.getBoundingClientRect().right;
+            const boards = [...document.querySelectorAll('.board')].map(edge);
+            return Math.ceil(Math.max(document.documentElement.scrollWidth, ...boards) - room);
+        }"""
+    )
+    return over
 
 
 @pytest.mark.parametrize("locale", ["en", "cs", "de"])

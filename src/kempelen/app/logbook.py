@@ -18,6 +18,7 @@ WIRE_LINES = 20_000
 LOG_LINES = 2_000
 _LONGEST = 400  # characters of a line; a device that never sends a newline fills no memory
 _NAMES = {0x18: "reset", 0x84: "safety door", 0x85: "jog cancel"}
+_REALTIME = frozenset({*b"?!~\x18", *range(0x80, 0x100)})
 
 Way = Literal["out", "in"]
 _Entry = TypeVar("_Entry", "Heard", "Noted")
@@ -115,8 +116,8 @@ class WireLog(logging.Handler):
                     self.ring.add(Heard(self.ring.next_number(), record.created, way, text))
 
     def _lines(self, way: Way, data: bytes) -> Iterator[str]:
-        if way == "out" and not data.endswith(b"\n") and len(data) == 1:
-            yield _realtime(data[0])  # goes past all lines, so it ends none
+        if way == "out" and _REALTIME.issuperset(data):  # they go past all lines, so they end none
+            yield from map(_realtime, data)
             return
         *whole, rest = (self._part[way] + data).split(b"\n")
         for line in whole:

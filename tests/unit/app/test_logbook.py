@@ -40,6 +40,13 @@ def test_realtime_bytes_have_names(book: Logbook, byte: bytes, text: str) -> Non
     assert lines(book) == [("out", text)]
 
 
+def test_a_stop_is_shown_at_once_in_the_midst_of_a_line(book: Logbook) -> None:
+    told("out", b"G1 X")
+    told("out", b"!\x18")
+    told("out", b"10\n")
+    assert lines(book) == [("out", "!"), ("out", "<reset 0x18>"), ("out", "G1 X10")]
+
+
 def test_noise_is_shown_and_fills_no_memory(book: Logbook) -> None:
     told("in", b"\xff\x00" + b"a" * 10_000)
     told("in", b"end\nok\n")
