@@ -1,6 +1,9 @@
 """Runs a bench with a bar of its progress."""
 
 import importlib
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
@@ -8,9 +11,12 @@ from rich.progress import Progress
 
 from kempelen.bench import BENCHES
 from kempelen.bench.result import BenchResult
+from kempelen.bench.result import Progress as ToldProgress
 from kempelen.cli.showing import require_writable
 from kempelen.core.errors import ConfigError
 
+_LINE_S = 10.0
+"""Lines of progress, where there is no bar, come at most this often."""
 _TAKEN_BY = {"games": "eyes", "clients": "spectators", "seconds": "spectators"}
 
 
@@ -40,15 +46,35 @@ def run_bench(
     if json_file is not None:
         require_writable(json_file)
     module = importlib.import_module(f"kempelen.bench.{name}")
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=1.0)
-        result: BenchResult = module.run(
-            seed=seed,
-            pgn=pgn,
-            data=data,
-            **given,
-            progress=lambda what, share: bar.update(task, description=what[:50], completed=share),
-        )
+    with _progress(name) as progress:
+        result: BenchResult = module.run(seed=seed, pgn=pgn, data=data, **given, progress=progress)
     result.print_table(Console())
     if json_file is not None:
         result.to_json(json_file)
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[ToldProgress]:
+    """A bar on a terminal; lines now and then where standard error goes elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Lines(console)
+        return
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task(name, total=1.0)
+        yield lambda what, share: bar.update(task, description=what[:50], completed=share)
+
+
+class _Lines:
+    """Progress as lines of text."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._next = 0.0
+
+    def __call__(self, what: str, share: float) -> None:
+        """Print it, unless the last line is fresh."""
+        if time.monotonic() < self._next:
+            return
+        self._next = time.monotonic() + _LINE_S
+        self._console.print(f"{100 * share:3.0f} %  {what}", markup=False, highlight=False, soft_wrap=True)
