@@ -28,6 +28,8 @@ from kempelen.twin.client import TwinControl
 
 _PATIENCE_S = 1.0
 """A trouble that passes by itself so soon is not told."""
+_STARTING_S = 6.0
+"""Learning how a board looks takes less; what hinders it for so long is told."""
 _HAND_FRAMES = 3
 """The robot's own hand is in one or two more frames after it has come to rest."""
 _PLACE_S = 2.0
@@ -82,7 +84,7 @@ class GameEyes:
         self._control: TwinControl | None = None
         self._square = config.table.square
         self._sides = KnownSides(config.data_dir / "white-sides.json")
-        self._told = Sight.STARTING
+        self._told, self._stuck_at = Sight.STARTING, ""
         self._hand, self._hands = False, 0
         self._coming = Layout({})
         self._restarts = 0
@@ -227,7 +229,7 @@ class GameEyes:
                 last, since = seen.sight, now
             self._tell_of_hands(seen)
             if now - since >= _PATIENCE_S or seen.valid:
-                self._tell_of_sight(seen)
+                self._tell_of_sight(seen, now - since)
             if seen.valid and now - self._checked > _PLACE_S and not self.busy():
                 self._checked = now
                 await self._check_place()
@@ -242,11 +244,12 @@ class GameEyes:
             self._hand = hand
             self._tell(events.HandOverBoard(hand))
 
-    def _tell_of_sight(self, seen: Observation) -> None:
-        """A hand is no trouble, and what was told once is not told again."""
-        if seen.hand or seen.sight is self._told:
+    def _tell_of_sight(self, seen: Observation, waited: float) -> None:
+        """A hand is no trouble, and what was told once is not told again; but what keeps it from starting is."""
+        stuck = seen.sight is Sight.STARTING and waited >= _STARTING_S and seen.message != self._stuck_at
+        if seen.hand or (seen.sight is self._told and not stuck):
             return
-        self._told = seen.sight
+        self._told, self._stuck_at = seen.sight, seen.message if stuck else ""
         self._tell(events.SensorChanged(seen.sight, seen.message))
 
     async def _check_place(self) -> None:

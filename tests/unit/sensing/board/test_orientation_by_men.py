@@ -1,6 +1,7 @@
-"""Which way round a known position stands, told by the brightness of its men."""
+"""Which way round a known position stands, told by the brightness of its men, or by where they stand."""
 
 import chess
+import cv2
 import numpy as np
 import pytest
 
@@ -61,3 +62,37 @@ def test_another_position_than_the_one_that_stands_tells_nothing() -> None:
         )
         sure += turned_by_position(BoardSighting(FROM_ABOVE, 0.0, 1.0, "test"), shown, other).oriented
     assert sure <= 1
+
+
+def discs_of(board: chess.BaseBoard, grey: int, seed: int = 0) -> Picture:
+    """Men as discs of one colour on the squares of an empty board: colours tell nothing."""
+    picture = picture_of(chess.BaseBoard(None), seed)
+    for square in board.piece_map():
+        x, y = (
+            chess.square_file(square) * SIDE + SIDE // 2,
+            (7 - chess.square_rank(square)) * SIDE + SIDE // 2,
+        )
+        cv2.circle(picture, (x, y), SIDE // 4, (grey, grey, grey), -1)
+    return picture
+
+
+@pytest.mark.parametrize("image_from_board", [FROM_ABOVE, half_turned(FROM_ABOVE)])
+@pytest.mark.parametrize("fen", ["6k1/8/8/8/8/8/R7/1R4K1 w - - 0 1", "8/8/8/4k3/8/8/4P3/4K3 w - - 0 1"])
+def test_few_men_are_told_by_where_they_stand(fen: str, image_from_board: Array) -> None:
+    board = chess.Board(fen)
+    found = turned_by_position(BoardSighting(image_from_board, 0.0, 1.0, "test"), discs_of(board, 60), board)
+    assert found.oriented
+    assert np.allclose(found.image_from_board, FROM_ABOVE)
+
+
+@pytest.mark.parametrize(
+    "fen",
+    [
+        "8/8/3k4/8/8/4K3/8/8 w - - 0 1",  # filled alike from both sides
+        "8/8/3k4/8/8/4K3/P7/8 w - - 0 1",  # one man would have to tell, who may be a shadow
+    ],
+)
+def test_men_that_nearly_stand_alike_from_both_sides_do_not_tell(fen: str) -> None:
+    board = chess.Board(fen)
+    found = turned_by_position(BoardSighting(FROM_ABOVE, 0.0, 1.0, "test"), discs_of(board, 60), board)
+    assert not found.oriented
