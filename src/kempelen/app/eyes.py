@@ -245,7 +245,7 @@ class GameEyes:
             self._tell(events.HandOverBoard(hand))
 
     def _tell_of_sight(self, seen: Observation, waited: float) -> None:
-        """A hand is no trouble, and what was told once is not told again; but what keeps it from starting is."""
+        """A hand is no trouble, and what was told once is not told again; what keeps it from starting is."""
         stuck = seen.sight is Sight.STARTING and waited >= _STARTING_S and seen.message != self._stuck_at
         if seen.hand or (seen.sight is self._told and not stuck):
             return
