@@ -3,6 +3,7 @@
 Each instant that matters is in the journal before it happens, so that the program may end anywhere.
 """
 
+import asyncio
 from typing import Literal
 
 import chess
@@ -17,6 +18,9 @@ from kempelen.game.person_desk import PersonDesk
 from kempelen.game.records import Committed, Intended, LayoutChanged, Missed, OperatorNeeded, Purpose
 from kempelen.game.recovery import Held, held
 from kempelen.game.transfers import Missing, Request, move_transfers, takeback_transfers
+
+_GLANCE_S = 3.0
+"""A look past the hand takes a fraction of this; else the hand goes aside for it."""
 
 
 class Mover:
@@ -156,11 +160,16 @@ class Mover:
         """
         tried, told = set[Transfer](), set[str]()
         while self._desk.eyes.looks:
-            if out_of_view or tried or not await self._desk.eyes.in_view():
+            if out_of_view := out_of_view or bool(tried) or not await self._desk.eyes.in_view():
                 await self._carrier.ready()
                 await self._step_aside()
             done, standing = self._carrier.pending.done, self._log.state.layout
-            fault = await self._desk.eyes.confirm(done, standing)
+            try:
+                async with asyncio.timeout(None if out_of_view else _GLANCE_S):
+                    fault = await self._desk.eyes.confirm(done, standing)
+            except TimeoutError:
+                out_of_view = True  # the hand is at the edge of the view, and hides the board now and then
+                continue
             if fault is None:
                 return
             again = [transfer for transfer in fault.missed if transfer not in tried]

@@ -121,7 +121,8 @@ class Eyes:
     Attributes:
         looks: May be switched off.
         looked: At which transfers, and whether the hand was in the way.
-        hands: Set while no person's hand is over the board.
+        hands_off: Set while no person's hand is over the board.
+        dazzled: Whether a hand at the tray keeps them from being sure, though the board is in view.
     """
 
     def __init__(self, world: FakeTable) -> None:
@@ -129,12 +130,15 @@ class Eyes:
         self.looked: list[tuple[str, ...]] = []
         self.hands_off = asyncio.Event()
         self.hands_off.set()
+        self.dazzled = False
         self._world = world
 
     async def confirm(self, transfers: Sequence[Transfer], standing: Layout) -> Fault | None:
         await asyncio.sleep(0)
         hidden = self._world.down_at
         assert hidden is None or not hidden.is_square, "it looks while the robot's hand is in the way"
+        if self.dazzled and hidden is not None:
+            await asyncio.Event().wait()
         self.looked.append(tuple(map(str, transfers)))
         truth, wanted = self._world.layout.board_part(), standing.board_part()
         wrong = sorted(chess.square_name(s) for s in chess.SQUARES if truth.get(s) != wanted.get(s))

@@ -10,6 +10,7 @@ from tests.unit.game.arbiter_bench import Bench, settle, watch
 
 from kempelen.core import events
 from kempelen.core.places import Place
+from kempelen.game import mover
 from kempelen.game.board_person import BoardPerson
 from kempelen.game.journal import Journal
 from kempelen.game.modes import Pairing
@@ -43,6 +44,18 @@ async def test_a_square_is_seen_empty_before_a_piece_is_put_on_it(journal: Journ
     assert bench.eyes is not None
     assert [len(look) for look in bench.eyes.looked] == [0, 2, 3]
     assert bench.hand.parked == 1
+
+
+async def test_the_hand_goes_aside_where_no_look_past_it_is_sure(
+    journal: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mover, "_GLANCE_S", 0.01)
+    bench = Bench(journal, watch(["exd5"]), fen=CAPTURE, eyes=True)
+    assert bench.eyes is not None
+    bench.eyes.dazzled = True
+    await bench.arbiter.run()
+    assert bench.hand.parked == 2
+    assert bench.world.layout == bench.log.state.layout
 
 
 async def test_a_missed_grip_is_tried_again_by_the_robot(journal: Journal) -> None:
