@@ -118,7 +118,7 @@ def test_a_table_that_does_not_fit(operator: Visitor) -> None:
 
 
 def add_tray_far_away(page: Page) -> None:
-    x = page.get_by_role("textbox", name=re.compile("^x")).first
+    x = page.get_by_role("spinbutton", name="x, mm").first
     x.fill("2000")
     x.blur()
 
