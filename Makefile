@@ -14,8 +14,7 @@
 VENV := .venv
 BIN := $(VENV)/bin
 ARGS ?=
-# One more than there are cores: much of the tests' time is waiting for browsers, robots and cameras.
-WORKERS ?= $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) + 1 )))
+WORKERS ?= auto
 BENCHES ?= motion twin
 GATED := core game motion robots
 LEAST_COVERAGE := 95
