@@ -45,10 +45,7 @@ def station_view(station: Station) -> StationView:
         speed=station.speed,
         calibrated=config.calibration_path.exists(),
         game=station.live.arbiter.game if station.live else None,
-        faults=tuple(
-            Fault(title=fault.title, text=without_paths(fault.text), remedy=fault.remedy)
-            for fault in station.faults
-        ),
+        faults=tuple(map(_fault, station.faults)),
     )
 
 
