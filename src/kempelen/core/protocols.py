@@ -49,6 +49,8 @@ class RobotState:
             homing.
         memory_kept: After connecting: whether the controller had kept running (position and gripper as
             before) or was reset (both lost).
+        joints: Joint angles as the controller last reported them, rad, base first; None before homing and for a
+            robot without turning joints.
         message: One plain sentence when something is wrong, with what to do.
     """
 
@@ -58,6 +60,7 @@ class RobotState:
     gripper: GripperState = GripperState.UNKNOWN
     memory_kept: bool = False
     message: str = ""
+    joints: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +76,21 @@ class Follow:
     seconds: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class FollowJoints:
+    """Drive an arm's joints along a polyline in joint space; a robot without joints refuses it.
+
+    Attributes:
+        vertices: (n, k) rad, joint angles, base first; the first row is where the joints are now.
+        times: (n,) s, rising, from 0: when each vertex is passed.
+        seconds: Predicted time.
+    """
+
+    vertices: Array
+    times: Array
+    seconds: float
+
+
 @dataclass(frozen=True, slots=True)
 class SetGripper:
     """Close or open the gripper and wait ``seconds`` for it to settle."""
@@ -81,7 +99,7 @@ class SetGripper:
     seconds: float
 
 
-Action = Follow | SetGripper
+Action = Follow | FollowJoints | SetGripper
 
 
 class Robot(Protocol):

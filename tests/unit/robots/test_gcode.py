@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kempelen.core.errors import ConfigError, MotionError
-from kempelen.core.protocols import Action, Follow, GripperState, SetGripper
+from kempelen.core.protocols import Action, Follow, FollowJoints, GripperState, SetGripper
 from kempelen.core.table import WorkSpace
 from kempelen.robots.grbl.gcode import GripperWiring, Program, compile_group, number
 
@@ -111,3 +111,8 @@ def test_the_gripper_on_a_servo() -> None:
     assert wiring.read(["M5", "M9", "S800"]) is GripperState.UNKNOWN
     with pytest.raises(ConfigError, match="S300"):
         GripperWiring.servo(300, 300)
+
+
+def test_a_path_of_joint_angles_is_refused() -> None:
+    with pytest.raises(MotionError, match="machine of straight axes"):
+        compiled(FollowJoints(np.zeros((2, 5)), np.array([0.0, 1.0]), 1.0))

@@ -11,7 +11,7 @@ import numpy as np
 
 from kempelen.core.errors import ConfigError, MotionError
 from kempelen.core.geometry import Array
-from kempelen.core.protocols import Action, Follow, GripperState, SetGripper
+from kempelen.core.protocols import Action, Follow, FollowJoints, GripperState, SetGripper
 from kempelen.core.table import WorkSpace
 
 # Stated in front of every group: work coordinates, millimetres, absolute. Whatever was modal before does not
@@ -128,7 +128,8 @@ def compile_group(
         wiring: Of the gripper.
 
     Raises:
-        MotionError: a path leaves the work space, is not finite, or begins elsewhere than at ``start``.
+        MotionError: a path leaves the work space, is not finite, begins elsewhere than at ``start``, or is one
+            of joint angles.
     """
     lines = [f"{PREAMBLE}G0\n".encode()]
     gripper: list[tuple[int, GripperState]] = []
@@ -137,6 +138,12 @@ def compile_group(
         if isinstance(action, Follow):
             path, here = _path_lines(action.vertices, here, space)
             lines += path
+        elif isinstance(action, FollowJoints):
+            raise MotionError(
+                f"A path of {np.shape(action.vertices)} joint angles came to a machine of straight axes. "
+                "Nothing was sent.",
+                hint="Plan for the gantry, or set robot.kind to 'arm'.",
+            )
         else:
             state = GripperState.CLOSED if action.closed else GripperState.OPEN
             lines.append(f"{wiring.line(state)}\n".encode())
