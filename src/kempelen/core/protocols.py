@@ -49,8 +49,8 @@ class RobotState:
             homing.
         memory_kept: After connecting: whether the controller had kept running (position and gripper as
             before) or was reset (both lost).
-        joints: Joint angles as the controller last reported them, rad, base first; None before homing and for a
-            robot without turning joints.
+        joints: Joint angles as the controller last reported them, rad, base first; None before homing
+            and for a robot without turning joints.
         message: One plain sentence when something is wrong, with what to do.
     """
 

@@ -128,8 +128,8 @@ def compile_group(
         wiring: Of the gripper.
 
     Raises:
-        MotionError: a path leaves the work space, is not finite, begins elsewhere than at ``start``, or is one
-            of joint angles.
+        MotionError: a path leaves the work space, is not finite, begins elsewhere than at ``start``, or is
+            one of joint angles.
     """
     lines = [f"{PREAMBLE}G0\n".encode()]
     gripper: list[tuple[int, GripperState]] = []
