@@ -1,0 +1,1 @@
+"""Motion for arms: whole steps, joint-synchronous and guided paths, the whole-arm sweep."""
