@@ -13,9 +13,30 @@ from kempelen.core.places import Layout, Place
 from kempelen.core.table import Gripper, Table, Tray, WorkSpace
 from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.look import DEFAULT_LOOK, Look
+from kempelen.twin.physics.flaws import ArmFlaws
 
 CONTROL_FOLDER = "kempelen-twin-"
 """Prefix of a folder for a control socket alone; the twin removes it in the end: a dead parent cannot."""
+
+
+class ArmSpec(BaseModel):
+    """The arm at the end of the wire.
+
+    The base stands at the robot frame's origin. At roll 0 the fingers close along the tool frame's y axis:
+    horizontally, across the arm's vertical plane.
+
+    Attributes:
+        arm: Name or path of its parameter file, see `kempelen.kinematics.load_arm`.
+        controller: What it is driven by: a multi-axis G-code controller, whose axes are the motors' angles in
+            degrees, or the older machine's latch-and-phase board behind its serial bridge.
+        flaws: How it truly is.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    arm: Annotated[str, Field(min_length=1, max_length=500)] = "labvolt-5150"
+    controller: Literal["grblhal", "latch"] = "grblhal"
+    flaws: ArmFlaws = ArmFlaws()
 
 
 class TwinSpec(BaseModel):
@@ -33,6 +54,7 @@ class TwinSpec(BaseModel):
         cameras: Over the table; each has a process and a ring of frames.
         look: Colours, for the cameras.
         person: Whose side the virtual person sits at.
+        arm: The machine, if it is an arm; None for the gantry of ``space``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -56,6 +78,7 @@ class TwinSpec(BaseModel):
     cameras: Annotated[tuple[CameraSpec, ...], Field(max_length=4)] = ()
     look: Look = DEFAULT_LOOK
     person: Literal["white", "black"] = "white"
+    arm: ArmSpec | None = None
 
     @model_validator(mode="after")
     def _own_rings(self) -> Self:
