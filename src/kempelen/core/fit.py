@@ -258,7 +258,8 @@ def _fingers(table: Table) -> Iterator[Finding]:
     missing = needed - gap
     if missing > _EPSILON:
         to = table.centre(other) - table.centre(centre)
-        axis = abs(degrees(table.gripper.closing_axis - atan2(to[1], to[0]))) % 180
+        closing = float(table.gripper.closing_angles(table.centre(centre)))
+        axis = abs(degrees(closing - atan2(to[1], to[0]))) % 180
         yield Finding(
             f"Fingers: gripping on {centre}, an open finger passes {gap:.1f} mm from the middle of {other}, "
             f"whose piece needs {needed:.1f} mm; the fingers close at "
@@ -273,10 +274,10 @@ def _fingers(table: Table) -> Iterator[Finding]:
 def _finger_gaps(table: Table) -> Array:
     """(places, places) from the open fingers over the first to the middle of the second, mm."""
     gripper = table.gripper
-    c, s = np.cos(gripper.closing_axis), np.sin(gripper.closing_axis)
-    between = _between(table)  # (n, n, 2)
-    along = np.abs(between @ np.array([c, s]))
-    across = np.abs(between @ np.array([-s, c]))
+    angles = gripper.closing_angles(np.array([table.centre(place) for place in table.places]))[:, None]
+    c, s = np.cos(angles), np.sin(angles)
+    x, y = np.moveaxis(_between(table), 2, 0)  # each (n, n)
+    along, across = np.abs(c * x + s * y), np.abs(c * y - s * x)
     # By symmetry both fingers are the rectangle [opening/2, half_length_open] x [0, width/2].
     dx = np.maximum(np.maximum(gripper.opening / 2 - along, along - gripper.half_length_open), 0.0)
     dy = np.maximum(across - gripper.finger_width / 2, 0.0)

@@ -66,10 +66,13 @@ class Tray(BaseModel):
 
 
 class Gripper(BaseModel):
-    """A two-finger gripper that does not turn: sizes for planning, mm.
+    """A two-finger gripper: sizes for planning, mm.
 
     Attributes:
-        closing_axis: Angle of the direction in which the fingers close, from the robot's x axis, rad.
+        closing_axis: Angle of the direction in which the fingers close, from the robot's x axis, rad; from
+            the direction across the arm where they are ``tangential``.
+        tangential: Whether the gripper turns with an arm's base, closing across the vertical plane through
+            the base's axis (the robot's z axis) and the tool point; else it does not turn.
         opening: Diameter of the round passage between the open pads.
         finger_thickness: From that passage to the outside of a finger, along the closing axis.
         finger_width: Of a finger, across the closing axis.
@@ -84,6 +87,7 @@ class Gripper(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     closing_axis: float = 0.0
+    tangential: bool = False
     opening: Annotated[float, Field(gt=5, le=120)] = 31.0
     finger_thickness: Annotated[float, Field(gt=0.5, le=30)] = 8.4
     finger_width: Annotated[float, Field(gt=2, le=60)] = 20.0
@@ -98,6 +102,12 @@ class Gripper(BaseModel):
     def half_length_open(self) -> float:
         """From the tool point to the outside of an open finger, along the closing axis, mm."""
         return self.opening / 2 + self.finger_thickness
+
+    def closing_angles(self, points: Array) -> Array:
+        """Angle of the closing direction from the robot's x axis over points (..., 2 or 3), (...) rad."""
+        if not self.tangential:
+            return np.full(points.shape[:-1], self.closing_axis)
+        return np.asarray(np.arctan2(points[..., 1], points[..., 0]) + np.pi / 2 + self.closing_axis)
 
 
 class WorkSpace(BaseModel):
