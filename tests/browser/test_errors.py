@@ -34,14 +34,15 @@ def test_an_alarm(serve: Serve, visitors: Visitors) -> None:
     alarm.get_by_role("button", name="Recover").click()
     operator.fault("The robot must be homed").get_by_role("button", name="Home the robot").click()
     expect(operator.page.get_by_role("region", name="What is wrong").get_by_role("article")).to_have_count(0)
+    operator.ready()
 
 
 def test_a_game_whose_wire_breaks(serve: Serve, visitors: Visitors) -> None:
     server = serve()
     operator = Visitor(visitors.open(server.link)).ready()
     operator.new_game(BACK_RANK)
-    ask_twin(server, "fault", name="drop-link")
     operator.must("move", uci="e2e8")
+    ask_twin(server, "fault", name="drop-link")
     cut = operator.fault("The game was cut off")
     expect(cut).to_contain_text("The game is kept.")
     cut.get_by_role("button").click()

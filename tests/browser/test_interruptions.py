@@ -53,6 +53,7 @@ def test_the_stop_is_a_key_too(operator: Visitor) -> None:
     unhomed = operator.fault("The robot must be homed")
     unhomed.get_by_role("button", name="Home the robot").click()
     expect(unhomed).to_have_count(0)
+    operator.ready()  # homing, too, has ended
     operator.page.keyboard.press("F8")
     expect(unhomed.get_by_role("button", name="Home the robot")).to_be_visible()
     expect(operator.page.get_by_role("alert").filter(has_text="Emergency stop sent.")).to_be_attached()
@@ -110,6 +111,7 @@ def test_the_server_is_killed_and_comes_back_under_an_open_page(
     operator = Visitor(visitors.open(server.link)).ready()
     operator.new_game(BACK_RANK)
     operator.drag("e2", "e8")
+    operator.played("Qe8", "Rxe8")
     operator.my_turn()
     server.kill()
     lost = operator.page.get_by_role("alert").filter(has_text="The connection to the server is lost.")

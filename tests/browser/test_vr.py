@@ -63,6 +63,7 @@ def test_a_pawn_is_taken_with_a_controller_and_set_down(operator: Visitor) -> No
     page.reload()
     expect(page.locator("canvas.ready")).to_be_visible()
     page.wait_for_function("document.querySelector('canvas.ready').pieceCount() > 0")
+    operator.status("Your move")
     page.get_by_role("button", name="Enter VR").click()
     expect(page.get_by_role("button", name="Leave VR")).to_be_visible()
     page.evaluate(MOVE_CONTROLLER, controller_over("e2", 0.036))
