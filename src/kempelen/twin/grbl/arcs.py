@@ -59,7 +59,7 @@ def arc_points(
         clockwise: Seen against the axis across.
         tolerance: $12, how far a line may be off the arc, mm.
     """
-    first, second, across = plane
+    first, second, _ = plane
     middle = (start[first] + centre[0], start[second] + centre[1])
     from_x, from_y = -centre[0], -centre[1]
     to_x, to_y = target[first] - middle[0], target[second] - middle[1]
@@ -72,11 +72,10 @@ def arc_points(
     points: list[Vec] = []
     for index in range(1, count):
         angle = turn * index / count
-        point = [0.0, 0.0, 0.0]
+        point = [begin + (end - begin) * index / count for begin, end in zip(start, target, strict=True)]
         point[first] = middle[0] + from_x * cos(angle) - from_y * sin(angle)
         point[second] = middle[1] + from_x * sin(angle) + from_y * cos(angle)
-        point[across] = start[across] + (target[across] - start[across]) * index / count
-        points.append((point[0], point[1], point[2]))
+        points.append(tuple(point))
     points.append(target)
     return points
 

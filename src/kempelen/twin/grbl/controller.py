@@ -48,7 +48,7 @@ class VirtualGrbl:
 
     @property
     def position_mm(self) -> Vec:
-        """(x, y, z) where the carriage truly is, mm, in the machine frame of a correct homing."""
+        """Where the axes truly are, mm, in the machine frame of a correct homing."""
         return self._core.machine.position
 
     @property
@@ -75,6 +75,11 @@ class VirtualGrbl:
     def state(self) -> str:
         """As in the status report: Idle, Run, Hold, Jog, Home, Alarm, Check, Door or Sleep."""
         return self._core.state
+
+    @property
+    def homings(self) -> int:
+        """How often homing has succeeded."""
+        return self._core.homings
 
     @property
     def dropped(self) -> int:
@@ -164,7 +169,7 @@ class VirtualGrbl:
         machine = core.machine
         machine.follow(core.stepper.sync())
         done = block.length - block.left
-        trip = min(machine.distance_to_change(axis, block.unit[axis]) for axis in range(3))
+        trip = min(machine.distance_to_change(axis, block.unit) for axis in range(len(block.unit)))
         core.stepper.trip = done + trip if done + trip < block.length else inf
 
     def _pass(self, dt: float, end: float) -> None:
@@ -219,6 +224,7 @@ class VirtualGrbl:
             core.end_homing()
             core.flags &= ~(HOLD | START | CANCEL)  # homing looks at resets and status requests only
             core.call_position(homing.origin())
+            core.homings += 1
 
     def _apply_faults(self) -> None:
         core, faults = self._core, self.faults

@@ -9,11 +9,11 @@ from kempelen.twin.grbl.gcode import Op, Parser
 from kempelen.twin.grbl.homing import HomingCycle
 from kempelen.twin.grbl.machine import Machine
 from kempelen.twin.grbl.motion import Stepper
-from kempelen.twin.grbl.planner import CAPACITY, Planner
+from kempelen.twin.grbl.planner import Planner
 from kempelen.twin.grbl.reader import LineReader
 from kempelen.twin.grbl.settings import Eeprom, Vec
 from kempelen.twin.grbl.status import Alarm, State
-from kempelen.twin.grbl.uart import RING, Uart
+from kempelen.twin.grbl.uart import Uart
 
 # what interrupts leave for the main program, as bits
 RESET, STATUS, START, STOP, HOLD, DOOR, CANCEL, SLEEP = (1 << n for n in range(8))
@@ -31,6 +31,7 @@ class Core:
     Attributes:
         time: s since power-up.
         rest_since: When the last motion ended, s.
+        homings: How often homing has succeeded.
         state: One of `State`.
         flags: What interrupts have asked for.
         overrides: Override bytes received and not yet acted on.
@@ -54,12 +55,13 @@ class Core:
         self.machine = machine
         self.eeprom = eeprom
         self.faults = faults
-        self.uart = Uart(baud)
+        self.uart = Uart(baud, eeprom.dialect.ring)
         self.parser = Parser(eeprom)
         self.planner = Planner(eeprom.settings)
         self.stepper = Stepper(self.planner)
         self.time = 0.0
         self.rest_since = 0.0
+        self.homings = 0
         self.state = State.IDLE
         self.flood = False
         self.spindle = 0
@@ -85,7 +87,7 @@ class Core:
         self.pause_end = -inf
         self.start_at = inf
         self.homing: HomingCycle | None = None
-        self.probe_position: Vec = (0.0, 0.0, 0.0)
+        self.probe_position: Vec = self.eeprom.zero
         self.probe_touched = False
         self.reader = LineReader()
 
@@ -99,8 +101,8 @@ class Core:
         self.stepper.reset()
         self.de_energise()
         self.planner.reset()
-        self.stepper.position = (0.0, 0.0, 0.0)
-        self.machine.rename((0.0, 0.0, 0.0))
+        self.stepper.position = self.eeprom.zero
+        self.machine.rename(self.eeprom.zero)
         self.state = State.ALARM if self.eeprom.settings[22] else State.IDLE
         self.flags = RESET
         self.pause_end = self.time + BOOT_S
@@ -116,7 +118,7 @@ class Core:
         self.stepper.reset()
         self.sync_position()
         self.parser.reset(self.stepper.position)
-        self.say(reports.BANNER)
+        self.say(self.eeprom.dialect.banner)
         if self.eeprom.settings.hard_limits and self.machine.pressed():
             self.state = State.ALARM
             self.say(reports.CHECK_LIMITS)
@@ -158,7 +160,7 @@ class Core:
 
     def velocity(self) -> Vec:
         """Of the axes, mm/s."""
-        return self.stepper.velocity() if self.moving else (0.0, 0.0, 0.0)
+        return self.stepper.velocity() if self.moving else self.eeprom.zero
 
     def follow(self) -> None:
         """Let the carriage be where the motors are."""
@@ -168,9 +170,9 @@ class Core:
     def sync_position(self) -> None:
         """Planner and stepper take over the motors' position, to the step."""
         steps = self.eeprom.settings.steps
-        x, y, z = (round(p * s) for p, s in zip(self.stepper.position, steps, strict=True))
-        self.planner.position = (x, y, z)
-        self.stepper.position = (x / steps[0], y / steps[1], z / steps[2])
+        counts = tuple(round(p * s) for p, s in zip(self.stepper.position, steps, strict=True))
+        self.planner.position = counts
+        self.stepper.position = tuple(n / s for n, s in zip(counts, steps, strict=True))
 
     def call_position(self, position: Vec) -> None:
         """From now on the present place is called ``position``, mm."""
@@ -212,16 +214,16 @@ class Core:
         """Answer ``?``."""
         settings = self.eeprom.settings
         steps = settings.steps
-        x, y, z = (round(p * s) / s for p, s in zip(self.stepper.sync(), steps, strict=True))
+        position = tuple(round(p * s) / s for p, s in zip(self.stepper.sync(), steps, strict=True))
         speed = self.stepper.speed * 60.0 if self.moving else 0.0
         self.say(
             self.status.text(
                 *self._state_names(),
-                (x, y, z),
+                position,
                 self.parser.state.work_offset,
                 mask=int(settings[10]),
                 inches=settings.inches,
-                buffers=(CAPACITY - len(self.planner.blocks), RING - len(self.uart.ring)),
+                buffers=(settings.dialect.blocks - len(self.planner.blocks), self.uart.room),
                 feed=(speed, self.rpm),
                 pins=self.machine.pressed(),
                 overrides=(self.planner.feed_override, self.planner.rapid_override, self.spindle_override),

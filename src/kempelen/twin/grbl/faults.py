@@ -17,7 +17,7 @@ class Faults:
         garble_out: The same for bytes to the host.
         swallow_oks: How many of the next ``ok`` answers are lost.
         reply_delay_s: How much later answers leave.
-        stalled: Axes (0 to 2) whose motor turns without effect.
+        stalled: Axes (0 for X, 1 for Y ...) whose motor turns without effect.
         dead_switches: Axes whose switch never closes.
         lost_steps: Steps to lose at once, per axis; taken by the controller.
         reset: The board resets itself; taken by the controller.
@@ -41,6 +41,7 @@ class Faults:
 
     def lose_steps(self, axis: int, steps: int) -> None:
         """Let the carriage slip by ``steps`` (signed) along an axis."""
+        self.lost_steps += [0] * (axis + 1 - len(self.lost_steps))
         self.lost_steps[axis] += steps
 
     def take_link_drop(self) -> bool:
@@ -57,7 +58,7 @@ class Faults:
         """Steps to lose now, per axis; None mostly."""
         if not any(self.lost_steps):
             return None
-        lost, self.lost_steps = self.lost_steps, [0, 0, 0]
+        lost, self.lost_steps = self.lost_steps, [0] * len(self.lost_steps)
         return lost
 
     def garbled_in(self, data: bytes) -> bytes:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from kempelen.twin.grbl.arcs import arc_from_radius, arc_points, check_centre
-from kempelen.twin.grbl.settings import AXES, G28_INDEX, G30_INDEX, Eeprom, Vec
+from kempelen.twin.grbl.settings import G28_INDEX, G30_INDEX, Eeprom, Vec
 from kempelen.twin.grbl.status import Status
 from kempelen.twin.grbl.words import (
     ARC_CW,
@@ -24,7 +24,6 @@ from kempelen.twin.grbl.words import (
     SEEK,
     SYSTEMS,
     TOOL_LENGTH,
-    ZERO,
     GcodeError,
     Line,
     Modes,
@@ -37,6 +36,7 @@ _PROBES = (382, 383, 384, 385)
 _PROBES_QUIET = (383, 385)
 _PROBES_AWAY = (384, 385)
 _MAX_LINE_NUMBER = 10_000_000
+TOOL_AXIS = 2  # z: along which a tool has a length
 _OFFSETS_CHANGE: Op = ("wco",)
 _SYNC: Op = ("sync",)
 
@@ -50,26 +50,28 @@ class ParserState:
         feed: F, mm/min (1/min in G93).
         speed: S, rpm.
         tool: T.
-        position: (x, y, z) where the last line ends, machine frame, mm.
+        position: Where the last line ends, machine frame, mm.
         system: Offset of the active coordinate system, mm.
         offset: G92, mm.
         tool_length: G43.1, mm.
     """
 
     modes: Modes
+    position: Vec
+    system: Vec
+    offset: Vec
     feed: float = 0.0
     speed: float = 0.0
     tool: int = 0
-    position: Vec = ZERO
-    system: Vec = ZERO
-    offset: Vec = ZERO
     tool_length: float = 0.0
 
     @property
     def work_offset(self) -> Vec:
         """What to subtract from a machine position to get the work position, mm."""
-        (sx, sy, sz), (ox, oy, oz) = self.system, self.offset
-        return (sx + ox, sy + oy, sz + oz + self.tool_length)
+        return tuple(
+            system + offset + (self.tool_length if axis == TOOL_AXIS else 0.0)
+            for axis, (system, offset) in enumerate(zip(self.system, self.offset, strict=True))
+        )
 
 
 class Parser:
@@ -86,11 +88,11 @@ class Parser:
 
     def __init__(self, eeprom: Eeprom) -> None:
         self._eeprom = eeprom
-        self.reset(ZERO)
+        self.reset(eeprom.zero)
 
     def reset(self, position: Vec) -> None:
         """Start-up modes, at ``position`` (machine frame, mm)."""
-        self.state = ParserState(Modes(), position=position, system=self._eeprom.offsets[0])
+        self.state = ParserState(Modes(), position, self._eeprom.offsets[0], self._eeprom.zero)
 
     def parse(self, text: str, *, jog: bool = False) -> list[Op]:
         """The operations of one line, stripped of spaces and comments, in upper case.
@@ -102,7 +104,7 @@ class Parser:
         Raises:
             GcodeError: GRBL would refuse it; nothing has changed.
         """
-        line = Line(self.state.modes)
+        line = Line(self.state.modes, self._eeprom.dialect.axes)
         if jog:
             line.motion, line.inverse = LINEAR, False
         read_words(text, line)
@@ -124,9 +126,9 @@ class Parser:
             if "P" not in values:
                 raise GcodeError(Status.VALUE_WORD_MISSING)
             line.unused.discard("P")
-        for axis in axes if line.inches else ():
-            values[AXES[axis]] *= MM_PER_INCH
-        if line.axis_command == TOOL_LENGTH and line.tool_length and axes != [2]:
+        for axis in axes[:3] if line.inches else ():  # what turns is told in degrees
+            values[line.letters[axis]] *= MM_PER_INCH
+        if line.axis_command == TOOL_LENGTH and line.tool_length and axes != [TOOL_AXIS]:
             raise GcodeError(Status.G43_DYNAMIC_AXIS)
         line.system_offset = self.state.system
         if line.groups & G12 and line.system != self.state.modes.system:
@@ -135,7 +137,7 @@ class Parser:
         self._check_motion(line, axes)
         line.unused -= {"N", "F"} if jog else {"N", "F", "S", "T"}
         if line.axis_command:
-            line.unused -= {"X", "Y", "Z"}
+            line.unused -= set(line.letters)
         if line.unused:
             raise GcodeError(Status.UNUSED_WORDS)
 
@@ -183,7 +185,7 @@ class Parser:
         line.unused -= {"L", "P"}
         stored = self._eeprom.offsets[number - 1 if number else line.system]
         if mode == 2:  # noqa: PLR2004 - G10 L2
-            line.target = self._merged(stored, {axis: values[AXES[axis]] for axis in axes})
+            line.target = self._merged(stored, {axis: values[line.letters[axis]] for axis in axes})
         else:
             line.target = self._shifted(line, axes, self.state.offset, stored)
 
@@ -192,13 +194,13 @@ class Parser:
         state = self.state
         new = {}
         for axis in axes:
-            tool = state.tool_length if axis == 2 else 0.0  # noqa: PLR2004 - z
-            new[axis] = state.position[axis] - known[axis] - line.values[AXES[axis]] - tool
+            tool = state.tool_length if axis == TOOL_AXIS else 0.0
+            new[axis] = state.position[axis] - known[axis] - line.values[line.letters[axis]] - tool
         return self._merged(kept, new)
 
     @staticmethod
     def _merged(kept: Vec, new: dict[int, float]) -> Vec:
-        return (new.get(0, kept[0]), new.get(1, kept[1]), new.get(2, kept[2]))
+        return tuple(new.get(axis, value) for axis, value in enumerate(kept))
 
     def _target(self, line: Line, axes: list[int]) -> Vec:
         state = self.state
@@ -206,16 +208,16 @@ class Parser:
         values, system, offset = line.values, line.system_offset, state.offset
         absolute = line.non_modal == "G53"
         for axis in axes:
-            value = values[AXES[axis]]
+            value = values[line.letters[axis]]
             if absolute:
                 target[axis] = value
             elif line.relative:
                 target[axis] += value
             else:
                 target[axis] = value + system[axis] + offset[axis]
-                if axis == 2:  # noqa: PLR2004 - z
+                if axis == TOOL_AXIS:
                     target[axis] += state.tool_length
-        return (target[0], target[1], target[2])
+        return tuple(target)
 
     def _check_motion(self, line: Line, axes: list[int]) -> None:
         if line.motion == NO_MOTION:
@@ -317,7 +319,7 @@ class Parser:
         elif kind in {"G28.1", "G30.1"}:
             ops += [_SYNC, ("write", G28_INDEX if kind == "G28.1" else G30_INDEX, state.position)]
         elif kind in {"G92", "G92.1"}:
-            state.offset = line.target if kind == "G92" else ZERO
+            state.offset = line.target if kind == "G92" else self._eeprom.zero
             ops += [_SYNC, _OFFSETS_CHANGE]
 
     def _go_home(self, line: Line, ops: list[Op]) -> None:

@@ -1,4 +1,8 @@
-"""The homing cycle: seek, pull off, touch again slowly, pull off; z alone first, then x and y together."""
+"""The homing cycle: seek, pull off, touch again slowly, pull off.
+
+GRBL 1.1 homes z alone first, then x and y together; its relatives have ``$44`` to ``$48`` for that: the axes
+of each round as bits.
+"""
 
 from math import inf, sqrt
 from typing import Any
@@ -6,13 +10,23 @@ from typing import Any
 from kempelen.twin.grbl.machine import Machine
 from kempelen.twin.grbl.motion import Ramp
 from kempelen.twin.grbl.planner import along
-from kempelen.twin.grbl.settings import Settings, Vec
+from kempelen.twin.grbl.settings import HOMING_CYCLES, Settings, Vec
 from kempelen.twin.grbl.status import Alarm
 
-_CYCLES = ((2,), (0, 1))
+_CYCLES = ((2,), (0, 1))  # of the stock firmware
 _SEARCH = 1.5  # of the travel, how far to look for a switch
 _LOCATE = 5.0  # of the pull-off, how far to look for it the second time
 _PASSES = 4  # approach, pull off, approach, pull off
+
+
+def cycles(settings: Settings) -> tuple[tuple[int, ...], ...]:
+    """Which axes home together, first to last."""
+    if not settings.dialect.cycles:
+        return _CYCLES
+    axes = range(len(settings.dialect.axes))
+    masks = (int(settings[number]) for number in HOMING_CYCLES)
+    rounds = (tuple(axis for axis in axes if mask & (1 << axis)) for mask in masks)
+    return tuple(together for together in rounds if together)
 
 
 class HomingCycle:
@@ -28,13 +42,14 @@ class HomingCycle:
     """
 
     __slots__ = (
-        "_axes", "_cycle", "_elapsed", "_locked", "_machine", "_pass", "_pause", "_ramp", "_resting",
-        "_settings", "_start", "done", "failure",
+        "_axes", "_cycle", "_cycles", "_elapsed", "_locked", "_machine", "_pass", "_pause", "_ramp",
+        "_resting", "_settings", "_start", "done", "failure",
     )  # fmt: skip
 
     def __init__(self, settings: Settings, machine: Machine) -> None:
         self._settings = settings
         self._machine = machine
+        self._cycles = cycles(settings)
         self._cycle = 0
         self._pass = 0
         self._pause = 0.0
@@ -45,7 +60,7 @@ class HomingCycle:
 
     def _begin(self) -> None:
         settings = self._settings
-        self._axes = _CYCLES[self._cycle]
+        self._axes = self._cycles[self._cycle]
         self._elapsed = 0.0
         self._locked: set[int] = set()
         self._start = self._machine.motor
@@ -56,7 +71,7 @@ class HomingCycle:
             distance = pull_off * _LOCATE if self._approaching else pull_off
         rate = (settings[24] if self._pass == 2 else settings[25]) / 60.0  # noqa: PLR2004 - the second touch
         share = 1.0 / sqrt(len(self._axes))
-        unit: Vec = tuple(share if axis in self._axes else 0.0 for axis in range(3))  # type: ignore[assignment]
+        unit: Vec = tuple(share if axis in self._axes else 0.0 for axis in range(len(settings.rate)))
         speed = min(rate, along(settings.rate, unit) * share)
         acceleration = along(settings.acceleration, unit) * share
         self._ramp = Ramp.over(distance, 0.0, max(speed, 1.0 / 60.0), 0.0, acceleration)
@@ -89,10 +104,11 @@ class HomingCycle:
         """When each axis still under way reaches its switch, on the ramp's clock."""
         covered = self._ramp.at(self._elapsed)[0]
         times = [inf]
-        for axis in self._axes:
-            if axis not in self._locked:
-                ahead = self._machine.distance_to_change(axis, self._direction(axis))
-                times.append(self._ramp.time_at(covered + ahead) if ahead < inf else inf)
+        moving = [axis for axis in self._axes if axis not in self._locked]
+        way = [self._direction(axis) if axis in moving else 0.0 for axis in range(len(self._start))]
+        for axis in moving:
+            ahead = self._machine.distance_to_change(axis, way)
+            times.append(self._ramp.time_at(covered + ahead) if ahead < inf else inf)
         return times
 
     def run(self, dt: float) -> None:
@@ -106,7 +122,7 @@ class HomingCycle:
         for axis in self._axes:
             if axis not in self._locked:
                 motor[axis] = self._start[axis] + self._direction(axis) * covered
-        self._machine.follow((motor[0], motor[1], motor[2]))
+        self._machine.follow(tuple(motor))
 
     def event(self) -> None:
         """`time_left` has run out."""
@@ -133,7 +149,7 @@ class HomingCycle:
         if self._pass == _PASSES:
             self._pass = 0
             self._cycle += 1
-        self.done = self._cycle == len(_CYCLES)
+        self.done = self._cycle == len(self._cycles)
         if not self.done:
             self._begin()
 
@@ -141,8 +157,10 @@ class HomingCycle:
         """What to call the place where the carriage stands after success, mm."""
         settings = self._settings
         pull_off, mask = settings[27], int(settings[23])
-        x, y, z = (pull_off - settings.travel[axis] if mask & (1 << axis) else -pull_off for axis in range(3))
-        return (x, y, z)
+        return tuple(
+            pull_off - length if mask & (1 << axis) else -pull_off
+            for axis, length in enumerate(settings.travel)
+        )
 
     def snapshot(self) -> dict[str, Any]:
         """JSON-able."""
@@ -167,5 +185,4 @@ class HomingCycle:
         self._pause, self._elapsed = float(state["pause"]), float(state["elapsed"])
         self._resting = bool(state["resting"])
         self._locked = set(state["locked"])
-        x, y, z = state["start"]
-        self._start = (x, y, z)
+        self._start = tuple(state["start"])

@@ -13,8 +13,8 @@ from kempelen.twin.grbl.status import Alarm
 from kempelen.twin.grbl.words import Modes
 
 _PLAIN = (
-    "time", "rest_since", "state", "flood", "spindle", "rpm", "flags", "suspend", "alarm_told", "critical",
-    "moving", "soft_limit", "asleep", "spindle_stopped", "spindle_override", "probe_touched",
+    "time", "rest_since", "homings", "state", "flood", "spindle", "rpm", "flags", "suspend", "alarm_told",
+    "critical", "moving", "soft_limit", "asleep", "spindle_stopped", "spindle_override", "probe_touched",
 )  # fmt: skip
 _TIMES = ("pause_end", "start_at")
 
@@ -54,7 +54,7 @@ def restore(core: Core, state: dict[str, Any]) -> None:
     core.reader.restore(state["reader"])
     core.probe_position = _vec(state["probe"])
     core.status.offset_due, core.status.override_due = state["reports"]
-    _restore_eeprom(core.eeprom, Eeprom.from_snapshot(state["eeprom"]))
+    _restore_eeprom(core.eeprom, Eeprom.from_snapshot(state["eeprom"], core.eeprom.dialect))
     core.parser.state = _parser_state(state["parser"])
     core.planner.restore(state["planner"])
     core.stepper.restore(state["stepper"])
@@ -77,11 +77,10 @@ def _restore_eeprom(eeprom: Eeprom, kept: Eeprom) -> None:
 
 
 def _parser_state(state: dict[str, Any]) -> ParserState:
-    parser = ParserState(Modes(**state["modes"]))
+    position, system, offset = (_vec(state[name]) for name in ("position", "system", "offset"))
+    parser = ParserState(Modes(**state["modes"]), position, system, offset)
     parser.feed, parser.speed = float(state["feed"]), float(state["speed"])
     parser.tool = int(state["tool"])
-    parser.position, parser.system = _vec(state["position"]), _vec(state["system"])
-    parser.offset = _vec(state["offset"])
     parser.tool_length = float(state["tool_length"])
     return parser
 
@@ -91,8 +90,7 @@ def _op(op: list[Any]) -> Op:
 
 
 def _vec(values: Any) -> Vec:
-    x, y, z = values
-    return (float(x), float(y), float(z))
+    return tuple(float(value) for value in values)
 
 
 def _finite(value: float) -> float | str:

@@ -4,21 +4,24 @@ The true position is in GRBL's machine frame as it would be after a correct homi
 axis that has it at its far end closes at 0, that of one that has it at its near end at -travel.
 """
 
+from collections.abc import Sequence
 from math import inf
 from typing import Any
 
 from kempelen.twin.grbl.settings import Vec
 
+LETTERS = "XYZABC"
+_UP = 2  # the axis that homes upwards
 _OVERTRAVEL = 1.5  # mm from a switch to the mechanical end
 _TOUCH = 1e-6  # mm: a switch reached is a switch closed
 _BRAKING = 30_000.0  # mm/s²: of friction, when the motors are cut off in full flight
 
 
 class Machine:
-    """Three axes with a reference switch each: x and y at their near ends, z at its far end.
+    """Axes with a reference switch each: as a rule z has it at its far end, every other axis at its near one.
 
     Args:
-        travel: (x, y, z) mm.
+        travel: Of each axis, mm.
         position: True position at power-up, mm, machine frame.
         ends: +1 where the switch closes at 0, -1 where it closes at -travel.
 
@@ -30,19 +33,18 @@ class Machine:
 
     __slots__ = ("_ends", "_slip", "dead_switches", "motor", "stalled", "travel")
 
-    def __init__(self, travel: Vec, position: Vec, *, ends: Vec = (-1.0, -1.0, 1.0)) -> None:
+    def __init__(self, travel: Vec, position: Vec, *, ends: Vec | None = None) -> None:
         self.travel = travel
-        self._ends = ends
+        self._ends = ends or tuple(1.0 if axis == _UP else -1.0 for axis in range(len(travel)))
         self.motor: Vec = position
-        self._slip = [0.0, 0.0, 0.0]  # true minus what the motors were told, mm
+        self._slip = [0.0] * len(travel)  # true minus what the motors were told, mm
         self.stalled: set[int] = set()
         self.dead_switches: set[int] = set()
 
     @property
     def position(self) -> Vec:
         """True position, mm."""
-        (x, y, z), (dx, dy, dz) = self.motor, self._slip
-        return (x + dx, y + dy, z + dz)
+        return tuple([told + slip for told, slip in zip(self.motor, self._slip, strict=True)])
 
     def follow(self, motor: Vec) -> None:
         """The motors have been told to go to ``motor``."""
@@ -50,7 +52,11 @@ class Machine:
             for axis in self.stalled:
                 self._slip[axis] -= motor[axis] - self.motor[axis]
         self.motor = motor
-        for axis in range(3):
+        self._stop_at_the_ends()
+
+    def _stop_at_the_ends(self) -> None:
+        motor = self.motor
+        for axis in range(len(motor)):
             place = motor[axis] + self._slip[axis]
             if place > _OVERTRAVEL:
                 self._slip[axis] -= place - _OVERTRAVEL
@@ -61,7 +67,7 @@ class Machine:
         """The controller calls the present place ``motor`` from now on; nothing moves."""
         true = self.position
         self.motor = motor
-        self._slip = [round(true[axis] - motor[axis], 9) for axis in range(3)]
+        self._slip = [round(true[axis] - motor[axis], 9) for axis in range(len(motor))]
 
     def slip(self, axis: int, mm: float) -> None:
         """The carriage slips along an axis, unnoticed by the controller."""
@@ -88,15 +94,16 @@ class Machine:
 
     def pressed(self) -> str:
         """The axes whose switches are pressed, as in the status report."""
-        return "".join("XYZ"[axis] for axis in range(3) if self.closed(axis))
+        return "".join(LETTERS[axis] for axis in range(len(self.travel)) if self.closed(axis))
 
-    def distance_to_change(self, axis: int, direction: float) -> float:
-        """How far the axis drives until its switch changes, mm; infinity when it never does.
+    def distance_to_change(self, axis: int, unit: Sequence[float]) -> float:
+        """How far along a straight way the switch of an axis changes, mm; infinity when it never does.
 
         Args:
-            axis: 0 to 2.
-            direction: Signed share of the path that this axis takes; the result is along the path.
+            axis: Whose switch.
+            unit: Direction of the way: the signed share that each axis takes of it.
         """
+        direction = unit[axis]
         if not direction or axis in self.stalled or axis in self.dead_switches:
             return inf
         place = self.motor[axis] + self._slip[axis]
@@ -119,8 +126,8 @@ class Machine:
 
     def restore(self, state: dict[str, Any]) -> None:
         """The inverse of `snapshot`."""
-        (tx, ty, tz), (ex, ey, ez), (mx, my, mz) = state["travel"], state["ends"], state["motor"]
-        self.travel, self._ends, self.motor = (tx, ty, tz), (ex, ey, ez), (mx, my, mz)
+        self.travel, self._ends = tuple(state["travel"]), tuple(state["ends"])
+        self.motor = tuple(state["motor"])
         self._slip = [float(slip) for slip in state["slip"]]
         self.stalled = {int(axis) for axis in state["stalled"]}
         self.dead_switches = {int(axis) for axis in state["dead"]}

@@ -103,7 +103,7 @@ class Stepper:
     """Drives the planner's first block.
 
     Attributes:
-        position: (x, y, z) mm that the motors have been told, machine frame; only current while at rest or
+        position: What the motors have been told, machine frame; only current while at rest or
             after `sync`.
         holding: Decelerating to a stop, whatever the plan says.
         trip: Distance along the block at which a limit switch changes, mm; infinity for none.
@@ -116,7 +116,7 @@ class Stepper:
 
     def __init__(self, planner: Planner) -> None:
         self._planner = planner
-        self.position: Vec = (0.0, 0.0, 0.0)
+        self.position: Vec = (0.0,) * len(planner.settings.steps)
         self.reset()
 
     def reset(self) -> None:
@@ -143,9 +143,9 @@ class Stepper:
     def velocity(self) -> Vec:
         """Present velocity of the axes, mm/s."""
         if self._block is None:
-            return (0.0, 0.0, 0.0)
-        speed, (x, y, z) = self.speed, self._block.unit
-        return (x * speed, y * speed, z * speed)
+            return (0.0,) * len(self.position)
+        speed = self.speed
+        return tuple(part * speed for part in self._block.unit)
 
     def sync(self) -> Vec:
         """Update and return `position`; also tells the planner how far the block has got."""
@@ -154,8 +154,7 @@ class Stepper:
             return self.position
         distance, speed = self._ramp.at(self._elapsed)
         distance += self._done
-        (x, y, z), (dx, dy, dz) = block.start, block.unit
-        self.position = (x + dx * distance, y + dy * distance, z + dz * distance)
+        self.position = tuple([a + b * distance for a, b in zip(block.start, block.unit, strict=True)])
         block.left = block.length - distance
         block.entry = speed * speed
         return self.position
@@ -219,8 +218,8 @@ class Stepper:
             self.sync()
             self._block, self._ramp = None, None
             return True
-        (x, y, z), (sx, sy, sz) = block.target, self._planner.settings.steps
-        self.position = (x / sx, y / sy, z / sz)
+        steps = self._planner.settings.steps
+        self.position = tuple([place / scale for place, scale in zip(block.target, steps, strict=True)])
         self._planner.discard()
         self._block, self._ramp, self.trip = None, None, inf
         return not self._planner.blocks or (self.holding and self._speed == 0.0)
@@ -245,8 +244,7 @@ class Stepper:
 
     def restore(self, state: dict[str, Any]) -> None:
         """The inverse of `snapshot`; the planner has been restored before."""
-        x, y, z = state["position"]
-        self.position = (x, y, z)
+        self.position = tuple(state["position"])
         self._block = self._planner.blocks[0] if state["loaded"] else None
         self._ramp = None
         if state["ramp"] is not None:

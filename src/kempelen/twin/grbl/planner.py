@@ -9,18 +9,18 @@ from typing import Any
 
 from kempelen.twin.grbl.settings import Settings, Vec
 
-CAPACITY = 15
+CAPACITY = 15  # of the stock firmware
 MIN_SPEED = 1.0 / 60.0  # mm/s: GRBL's MINIMUM_FEED_RATE
 _REVERSAL, _STRAIGHT = 0.999999, -0.999999  # cosines beyond which a junction is a full stop, or none at all
 _NO_LIMIT = 1.0e38
-Steps = tuple[int, int, int]
+Steps = tuple[int, ...]
 
 
 class Block:
     """One straight stretch: geometry fixed, speeds planned.
 
     Attributes:
-        start: (x, y, z) mm, machine frame, of its first step.
+        start: Machine frame, mm, of its first step.
         unit: Direction.
         length: mm.
         left: mm still ahead of the stepper.
@@ -97,26 +97,26 @@ class Planner:
         self.settings = settings
         self.feed_override = 100
         self.rapid_override = 100
-        self.position: Steps = (0, 0, 0)
+        self.position: Steps = (0,) * len(settings.steps)
         self.reset()
 
     def reset(self) -> None:
         """Forget all blocks."""
         self.blocks: list[Block] = []
         self._planned = 0
-        self._last_unit: Vec = (0.0, 0.0, 0.0)
+        self._last_unit: Vec = (0.0,) * len(self.settings.steps)
         self._last_nominal = 0.0
 
     @property
     def full(self) -> bool:
         """Whether there is no room for another block."""
-        return len(self.blocks) >= CAPACITY
+        return len(self.blocks) >= self.settings.dialect.blocks
 
     def append(self, target: Vec, rate: float, *, rapid: bool, inverse: bool, fixed: bool) -> bool:
         """Queue a line to ``target`` (mm); False when it is shorter than a step.
 
         Args:
-            target: (x, y, z) mm, machine frame.
+            target: Machine frame, mm.
             rate: mm/s; 1/s when ``inverse``.
             rapid: At the axes' own limits, whatever the rate.
             inverse: The rate is the reciprocal of the time to take.
@@ -138,17 +138,16 @@ class Planner:
         return True
 
     def _measured(self, target: Vec) -> Block | None:
-        sx, sy, sz = self.settings.steps
-        px, py, pz = self.position
-        tx, ty, tz = round(target[0] * sx), round(target[1] * sy), round(target[2] * sz)
-        if tx == px and ty == py and tz == pz:
+        steps, here = self.settings.steps, self.position
+        there = tuple([round(place * scale) for place, scale in zip(target, steps, strict=True)])
+        if there == here:
             return None
-        dx, dy, dz = (tx - px) / sx, (ty - py) / sy, (tz - pz) / sz
-        length = sqrt(dx * dx + dy * dy + dz * dz)
+        way = [(to - at) / scale for to, at, scale in zip(there, here, steps, strict=True)]
+        length = sqrt(sum([part * part for part in way]))
         block = Block()
-        block.target = (tx, ty, tz)
-        block.start = (px / sx, py / sy, pz / sz)
-        block.unit = unit = (dx / length, dy / length, dz / length)
+        block.target = there
+        block.start = tuple([at / scale for at, scale in zip(here, steps, strict=True)])
+        block.unit = unit = tuple([part / length for part in way])
         block.length = block.left = length
         block.acceleration = along(self.settings.acceleration, unit)
         block.rapid_rate = along(self.settings.rate, unit)
@@ -156,16 +155,15 @@ class Planner:
 
     def _junction(self, block: Block) -> float:
         """Highest speed squared at the corner before ``block``."""
-        ax, ay, az = self._last_unit
-        bx, by, bz = block.unit
-        cosine = -(ax * bx + ay * by + az * bz)
+        before, after = self._last_unit, block.unit
+        cosine = -sum([a * b for a, b in zip(before, after, strict=True)])
         if cosine > _REVERSAL:
             return 0.0
         if cosine < _STRAIGHT:
             return _NO_LIMIT
-        dx, dy, dz = bx - ax, by - ay, bz - az
-        size = sqrt(dx * dx + dy * dy + dz * dz)
-        acceleration = along(self.settings.acceleration, (dx / size, dy / size, dz / size))
+        turn = [b - a for a, b in zip(before, after, strict=True)]
+        size = sqrt(sum([part * part for part in turn]))
+        acceleration = along(self.settings.acceleration, tuple([part / size for part in turn]))
         sine = sqrt(0.5 * (1.0 - cosine))
         return acceleration * self.settings.deviation * sine / (1.0 - sine)
 
@@ -246,9 +244,8 @@ class Planner:
     def restore(self, state: dict[str, Any]) -> None:
         """The inverse of `snapshot`."""
         self.blocks = [Block.from_snapshot(block) for block in state["blocks"]]
-        x, y, z = map(int, state["position"])
-        self.position = (x, y, z)
+        self.position = tuple(map(int, state["position"]))
         self.feed_override, self.rapid_override = map(int, state["overrides"])
         self._planned = int(state["planned"])
         unit, self._last_nominal = state["last"]
-        self._last_unit = (unit[0], unit[1], unit[2])
+        self._last_unit = tuple(unit)

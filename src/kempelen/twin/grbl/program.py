@@ -180,9 +180,8 @@ class Program:
         return True
 
     def _beyond(self, target: Vec) -> bool:
-        x, y, z = target
-        tx, ty, tz = self._core.eeprom.settings.travel
-        return x > 0.0 or y > 0.0 or z > 0.0 or x < -tx or y < -ty or z < -tz
+        travel = self._core.eeprom.settings.travel
+        return any(not -length <= place <= 0.0 for place, length in zip(target, travel, strict=True))
 
     def _soft_limit(self) -> bool:
         core = self._core

@@ -1,11 +1,10 @@
-"""The controller's longer answers. Source: GRBL wiki "Grbl v1.1 Interface"; stock 1.1h, build option V."""
+"""The controller's longer answers. Source: GRBL wiki "Grbl v1.1 Interface"."""
 
 from kempelen.twin.grbl.gcode import ParserState
 from kempelen.twin.grbl.settings import Eeprom, Vec
 from kempelen.twin.grbl.status import State
 from kempelen.twin.grbl.words import MM_PER_INCH, Modes
 
-BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
 UNLOCKED = "[MSG:Caution: Unlocked]\r\n"
 CRITICAL = "[MSG:Reset to continue]\r\n"
@@ -34,7 +33,7 @@ def coordinate(value: float, *, inches: bool) -> str:
 
 
 def coordinates(values: Vec, *, inches: bool) -> str:
-    """Three lengths, separated by commas."""
+    """Lengths, separated by commas."""
     return ",".join(coordinate(value, inches=inches) for value in values)
 
 
@@ -84,7 +83,7 @@ def modes(parser: ParserState, *, inches: bool) -> str:
 
 def build_info(eeprom: Eeprom) -> str:
     """The lines of ``$I``."""
-    return f"[VER:1.1h.20190830:{eeprom.build_info}]\r\n[OPT:V,15,128]\r\n"
+    return eeprom.dialect.info.format(eeprom.build_info)
 
 
 def startup_lines(eeprom: Eeprom) -> str:
@@ -142,7 +141,7 @@ class StatusReport:
         if mask & _MACHINE_POSITION:
             place = f"|MPos:{coordinates(position, inches=inches)}"
         else:
-            work = (position[0] - offset[0], position[1] - offset[1], position[2] - offset[2])
+            work = tuple(place - shift for place, shift in zip(position, offset, strict=True))
             place = f"|WPos:{coordinates(work, inches=inches)}"
         parts = [f"<{state}{suffix}{place}"]
         if mask & _BUFFER_STATE:

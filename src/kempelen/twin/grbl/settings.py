@@ -8,30 +8,31 @@ from dataclasses import dataclass, field
 from struct import pack
 from typing import Any, Self
 
+from kempelen.twin.grbl.dialect import GRBL, Dialect
 from kempelen.twin.grbl.status import Status
 
-Vec = tuple[float, float, float]
+Vec = tuple[float, ...]
+"""One number for each axis, in the order of reports: mm, degrees for an axis that turns."""
 
-AXES = "XYZ"
 G28_INDEX, G30_INDEX = 6, 7
 COORDINATE_SETS = 8  # G54..G59, then the two predefined positions
 STARTUP_LINES = 2
 MAX_LINE = 79  # characters of a stored line
+HOMING_CYCLES = range(44, 49)  # $44 to $48: which axes home first, second ..., as bits
 
 _BOOLEANS = frozenset({4, 5, 6, 13, 20, 21, 22, 32})
-_BYTES = frozenset({0, 1, 2, 3, 10, 23, 26})
+_BYTES = frozenset({0, 1, 2, 3, 10, 23, 26, *HOMING_CYCLES})
 _RPM = frozenset({30, 31})
 _FLOATS = frozenset({11, 12, 24, 25, 27})
 _AXIS_BASES = (100, 110, 120, 130)
-_AXIS_NUMBERS = frozenset(base + axis for base in _AXIS_BASES for axis in range(3))
 _MIN_STEP_PULSE_US = 3
 _HOMING, _SOFT_LIMITS = 22, 20
 _LEAST = 1e-3  # a zero would divide by zero; the firmware hangs on it, the twin crawls
-_GENERAL = sorted(_BOOLEANS | _BYTES | _RPM | _FLOATS)
+_LAST_GENERAL = 99
 
 
 def default_values(travel: Vec) -> dict[int, float]:
-    """``$`` number to value for the gantry with this travel (mm).
+    """``$`` number to value for a gantry with this travel (mm).
 
     80 steps/mm keep 300 mm/s within the 30 kHz of steps that the processor can make.
     """
@@ -40,15 +41,20 @@ def default_values(travel: Vec) -> dict[int, float]:
         20: 1, 21: 1, 22: 1, 23: 3, 24: 300, 25: 6000, 26: 25, 27: 2, 30: 1000, 31: 0, 32: 0,
     }  # fmt: skip
     values = {number: float(value) for number, value in general.items()}
-    for axis in range(3):
-        values |= {100 + axis: 80.0, 110 + axis: 18000.0, 120 + axis: 1500.0, 130 + axis: travel[axis]}
+    for axis, length in enumerate(travel):
+        values |= {100 + axis: 80.0, 110 + axis: 18000.0, 120 + axis: 1500.0, 130 + axis: length}
     return values
 
 
 class Settings:
     """The numbered settings, checked as GRBL checks them.
 
+    Args:
+        values: ``$`` number to value; what is not there is unknown to the firmware.
+        dialect: Of the firmware.
+
     Attributes:
+        dialect: Of the firmware.
         values: ``$`` number to value, GRBL's units.
         steps: Steps per mm of each axis.
         rate: Highest speed of each axis, mm/s.
@@ -57,19 +63,19 @@ class Settings:
     """
 
     __slots__ = (
-        "acceleration", "deviation", "hard_limits", "inches", "rate", "soft_limits", "steps", "travel",
-        "values",
+        "acceleration", "deviation", "dialect", "hard_limits", "inches", "rate", "soft_limits", "steps",
+        "travel", "values",
     )  # fmt: skip
 
-    def __init__(self, values: dict[int, float]) -> None:
+    def __init__(self, values: dict[int, float], dialect: Dialect = GRBL) -> None:
         self.values = values
+        self.dialect = dialect
         self._refresh()
 
     def _refresh(self) -> None:
         values = self.values
         self.steps = self._axes(100)
-        rate = self._axes(110)
-        self.rate: Vec = (rate[0] / 60.0, rate[1] / 60.0, rate[2] / 60.0)
+        self.rate: Vec = tuple(rate / 60.0 for rate in self._axes(110))
         self.acceleration = self._axes(120)
         self.travel = self._axes(130, least=0.0)
         self.deviation = values[11]
@@ -78,8 +84,7 @@ class Settings:
         self.inches = bool(values[13])
 
     def _axes(self, base: int, least: float = _LEAST) -> Vec:
-        x, y, z = (max(self.values[base + axis], least) for axis in range(3))
-        return (x, y, z)
+        return tuple(max(self.values[base + axis], least) for axis in range(len(self.dialect.axes)))
 
     def replace(self, values: dict[int, float]) -> None:
         """Set everything at once."""
@@ -120,14 +125,12 @@ class Settings:
 
     def listing(self) -> str:
         """The lines of ``$$``."""
-        lines = [f"${number}={self._printed(number)}\r\n" for number in _GENERAL]
-        for base in _AXIS_BASES:
-            lines += [f"${base + axis}={self._printed(base + axis)}\r\n" for axis in range(3)]
-        return "".join(lines)
+        return "".join(f"${number}={self._printed(number)}\r\n" for number in sorted(self.values))
 
     def _printed(self, number: int) -> str:
         value = self.values[number]
-        return f"{value:.3f}" if number in _FLOATS or number in _AXIS_NUMBERS else f"{value:.0f}"
+        of_an_axis = _LAST_GENERAL < number < _AXIS_BASES[-1] + 10
+        return f"{value:.3f}" if number in _FLOATS or of_an_axis else f"{value:.0f}"
 
 
 @dataclass(slots=True)
@@ -144,20 +147,38 @@ class Eeprom:
 
     settings: Settings
     defaults: dict[int, float]
-    offsets: list[Vec] = field(default_factory=lambda: [(0.0, 0.0, 0.0)] * COORDINATE_SETS)
+    offsets: list[Vec] = field(default_factory=list)
     startup: list[str] = field(default_factory=lambda: [""] * STARTUP_LINES)
     build_info: str = ""
 
+    def __post_init__(self) -> None:
+        self.offsets = self.offsets or self._no_offsets()
+
+    @property
+    def dialect(self) -> Dialect:
+        """Of the firmware."""
+        return self.settings.dialect
+
+    @property
+    def zero(self) -> Vec:
+        """The origin."""
+        return (0.0,) * len(self.dialect.axes)
+
+    def _no_offsets(self) -> list[Vec]:
+        return [self.zero] * COORDINATE_SETS
+
     @classmethod
-    def for_travel(cls, travel: Vec, settings: dict[int, float] | None = None) -> Self:
+    def for_travel(
+        cls, travel: Vec, settings: dict[int, float] | None = None, dialect: Dialect = GRBL
+    ) -> Self:
         """A fresh memory for a machine with that travel (mm); ``settings`` replace single defaults."""
         values = default_values(travel)
         values |= settings or {}
-        return cls(Settings(dict(values)), values)
+        return cls(Settings(dict(values), dialect), values)
 
     def write_offset(self, index: int, offset: Vec) -> int:
         """Store a coordinate set; the number of bytes that really had to be written."""
-        before, after = pack("<3f", *self.offsets[index]), pack("<3f", *offset)
+        before, after = (pack(f"<{len(offset)}f", *values) for values in (self.offsets[index], offset))
         self.offsets[index] = offset
         changed = sum(a != b for a, b in zip(before, after, strict=True))
         return changed + 1 if changed else 0  # the checksum goes with them
@@ -167,7 +188,7 @@ class Eeprom:
         if what in {"$", "*"}:
             self.settings.replace(self.defaults)
         if what in {"#", "*"}:
-            self.offsets = [(0.0, 0.0, 0.0)] * COORDINATE_SETS
+            self.offsets = self._no_offsets()
         if what == "*":
             self.startup = [""] * STARTUP_LINES
             self.build_info = ""
@@ -183,12 +204,12 @@ class Eeprom:
         }
 
     @classmethod
-    def from_snapshot(cls, state: dict[str, Any]) -> Self:
+    def from_snapshot(cls, state: dict[str, Any], dialect: Dialect = GRBL) -> Self:
         """The inverse of `snapshot`."""
         return cls(
-            Settings({int(n): float(v) for n, v in state["settings"]}),
+            Settings({int(n): float(v) for n, v in state["settings"]}, dialect),
             {int(n): float(v) for n, v in state["defaults"]},
-            [(float(x), float(y), float(z)) for x, y, z in state["offsets"]],
+            [tuple(float(value) for value in offset) for offset in state["offsets"]],
             [str(line) for line in state["startup"]],
             str(state["build_info"]),
         )

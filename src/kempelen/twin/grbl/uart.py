@@ -16,6 +16,7 @@ class Uart:
 
     Args:
         baud: Bits per second; 0 for no delay.
+        size: Of the ring, bytes.
 
     Attributes:
         ring: Received and not yet read by the main program.
@@ -24,10 +25,11 @@ class Uart:
 
     __slots__ = (
         "_byte_s", "_coming", "_deaf", "_deaf_until", "_fresh", "_fresh_at", "_going", "_heard", "_last_in",
-        "_last_out", "_window", "dropped", "ring",
+        "_last_out", "_size", "_window", "dropped", "ring",
     )  # fmt: skip
 
-    def __init__(self, baud: int) -> None:
+    def __init__(self, baud: int, size: int = RING) -> None:
+        self._size = size
         self._byte_s = BITS_PER_BYTE / baud if baud else 0.0
         self._coming: deque[tuple[float, int]] = deque()
         self._going: deque[tuple[float, bytes]] = deque()
@@ -35,6 +37,11 @@ class Uart:
         self.ring = bytearray()
         self.dropped = 0
         self.clear()
+
+    @property
+    def room(self) -> int:
+        """Free bytes of the ring."""
+        return self._size - len(self.ring)
 
     def clear(self) -> None:
         """A reset: the ring is emptied; what is on the wire stays there."""
@@ -77,7 +84,7 @@ class Uart:
 
     def store(self, data: bytes, now: float) -> int:
         """Put bytes into the ring; how many found room."""
-        taken = min(len(data), RING - len(self.ring))
+        taken = min(len(data), self.room)
         self.ring += data[:taken]
         if self._fresh_at != now:
             self._fresh, self._fresh_at = 0, now

@@ -7,11 +7,10 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from kempelen.twin.grbl.settings import AXES, Vec
+from kempelen.twin.grbl.settings import Vec
 from kempelen.twin.grbl.status import Status
 
 MM_PER_INCH = 25.4
-ZERO: Vec = (0.0, 0.0, 0.0)
 SEEK, LINEAR, ARC_CW, ARC_CCW, NO_MOTION = 0, 10, 20, 30, 800
 FLOW_RUN, FLOW_PAUSE, FLOW_END = 0, 1, 2
 SYSTEMS = 6
@@ -76,7 +75,7 @@ _M_CODES: dict[int, tuple[int, str, Any]] = {
 _KNOWN_G = frozenset(code // 100 for code in _G_CODES)
 _DECIMALS_OWN_ERROR = frozenset({28, 30, 38, 43, 61, 90, 91, 92})
 _CONFLICTING = frozenset({0, 1, 2, 3, 38, 43, 49})
-_VALUE_LETTERS = frozenset("FIJKLNPRSTXYZ")
+_VALUE_LETTERS = frozenset("FIJKLNPRST")
 _NOT_NEGATIVE = frozenset("FNPTS")
 
 _DIGITS = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
@@ -122,15 +121,21 @@ class Modes:
 
 
 class Line:
-    """One line's words, sorted."""
+    """One line's words, sorted.
+
+    Args:
+        modes: As the line before left them.
+        letters: Of the axes, in order.
+    """
 
     __slots__ = (
-        "axis_command", "centre", "feed", "flood", "flow", "groups", "inches", "inverse", "motion",
-        "non_modal", "plane", "relative", "spindle", "system", "system_offset", "target", "tool_length",
-        "unused", "values",
+        "axis_command", "centre", "feed", "flood", "flow", "groups", "inches", "inverse", "letters",
+        "motion", "non_modal", "plane", "relative", "spindle", "system", "system_offset", "target",
+        "tool_length", "unused", "values",
     )  # fmt: skip
 
-    def __init__(self, modes: Modes) -> None:
+    def __init__(self, modes: Modes, letters: str) -> None:
+        self.letters = letters
         self.motion = modes.motion
         self.inverse = modes.inverse
         self.inches = modes.inches
@@ -146,8 +151,8 @@ class Line:
         self.axis_command = ""
         self.values: dict[str, float] = {}
         self.feed = 0.0
-        self.system_offset = ZERO
-        self.target = ZERO
+        self.system_offset: Vec = ()
+        self.target: Vec = ()
         self.centre = (0.0, 0.0)
         self.unused: set[str] = set()
 
@@ -155,7 +160,7 @@ class Line:
     def axes(self) -> list[int]:
         """Which axis words were given."""
         values = self.values
-        return [axis for axis in range(3) if AXES[axis] in values]
+        return [axis for axis, letter in enumerate(self.letters) if letter in values]
 
 
 def read_words(text: str, line: Line) -> None:
@@ -216,7 +221,7 @@ def _take_m(line: Line, value: float) -> None:
 
 
 def _take_value(line: Line, letter: str, value: float) -> None:
-    if letter not in _VALUE_LETTERS:
+    if letter not in _VALUE_LETTERS and letter not in line.letters:
         raise GcodeError(Status.UNSUPPORTED_COMMAND)
     if letter == "T" and value > _MAX_TOOL:
         raise GcodeError(Status.MAX_VALUE_EXCEEDED)
