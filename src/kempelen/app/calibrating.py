@@ -7,6 +7,7 @@ from typing import Protocol, TypeVar
 from kempelen.app.calibration_file import save_calibration
 from kempelen.app.config import Config
 from kempelen.app.eyes import GameEyes
+from kempelen.app.fitting import misfits
 from kempelen.app.jogging import Point, fingertips
 from kempelen.app.live_game import LiveGame
 from kempelen.app.remeasure import board_by_camera, table_as_measured
@@ -14,7 +15,6 @@ from kempelen.app.station_types import CalibrationState
 from kempelen.app.table_session import TableSession
 from kempelen.core.calibration import CORNERS, Calibration, calibrate
 from kempelen.core.errors import CalibrationError, GameError, KempelenError, NotHomedError
-from kempelen.core.fit import check_fit
 from kempelen.core.places import Layout
 from kempelen.core.protocols import GripperState, SetGripper
 
@@ -213,7 +213,7 @@ class CalibrationDesk:
 
     def _misfits(self, found: Calibration) -> tuple[str, ...]:
         config = self._around.config
-        return tuple(map(str, check_fit(config.build_table(found), config.planner.clearances.vertical)))
+        return tuple(map(str, misfits(config, config.build_table(found))))
 
 
 def _pairs(values: Mapping[str, V]) -> tuple[tuple[str, V], ...]:

@@ -10,18 +10,18 @@ import tomllib
 from collections.abc import Mapping
 from math import radians
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-import chess
 from platformdirs import user_config_path, user_data_path
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from kempelen.app.config_errors import explain
+from kempelen.app.config_pieces import PiecesConfig, Section
+from kempelen.app.robot_defaults import GANTRY, of_robot, with_robot_defaults
 from kempelen.app.table_file import read_table_file
 from kempelen.core.calibration import SQUARE_RANGE, Calibration
 from kempelen.core.errors import ConfigError
 from kempelen.core.geometry import Transform
-from kempelen.core.pieces import KINDS, PRESETS, Millimetres, PieceSet, PieceShape
 from kempelen.core.table import DEFAULT_TRAYS, Gripper, Table, Tray, WorkSpace
 from kempelen.motion.scene import Clearances
 from kempelen.twin.cameras.settings import CameraSpec
@@ -37,22 +37,16 @@ _CLEAR_OF_THE_VIEW = 60.0
 _Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
 
 
-class Section(BaseModel):
-    """A part of the file: frozen, and unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
 class RobotConfig(Section):
     """The machine and the wire to it.
 
     Attributes:
-        kind: Name of the driver, "gantry" or that of an installed one.
+        kind: Name of the driver: "gantry", "arm", or that of an installed one.
         port: "twin" for the simulated machine, a device such as "/dev/ttyUSB0", or "socket://host:port".
         options: What the driver itself wants to know; its page lists the keys.
     """
 
-    kind: Annotated[str, Field(min_length=1, max_length=60)] = "gantry"
+    kind: Annotated[str, Field(min_length=1, max_length=60)] = GANTRY
     port: Annotated[str, Field(min_length=1, max_length=300)] = TWIN_PORT
     options: dict[str, Scalar] = Field(default_factory=dict)
 
@@ -73,76 +67,6 @@ class TableConfig(Section):
     turn_degrees: Annotated[float, Field(ge=-180, le=180)] = 0.0
     space: WorkSpace = Field(default_factory=WorkSpace)
     trays: Annotated[tuple[Tray, ...], Field(max_length=8)] = DEFAULT_TRAYS
-
-
-class ShapeConfig(Section):
-    """What differs from the preset in one kind of piece.
-
-    Attributes:
-        height: Base to top, mm.
-        base_diameter: Widest part, at the bottom, mm.
-        head_diameter: Widest part above the grip, mm.
-        grip_height: Height above the base at which the pads' centres close, mm.
-        grip_diameter: Thickness there, mm.
-        mass: Grams (twin only).
-    """
-
-    height: Millimetres | None = None
-    base_diameter: Millimetres | None = None
-    head_diameter: Millimetres | None = None
-    grip_height: Millimetres | None = None
-    grip_diameter: Millimetres | None = None
-    mass: Annotated[float, Field(gt=0, le=500)] | None = None
-
-
-class PiecesConfig(Section):
-    """The set of pieces: a preset, and what differs from it.
-
-    Attributes:
-        preset: "club" (Staunton No. 6, for 50 mm squares), "thesis" or "small" (for 35 mm squares).
-        king: Sizes that differ.
-        queen: Sizes that differ.
-        rook: Sizes that differ.
-        bishop: Sizes that differ.
-        knight: Sizes that differ.
-        pawn: Sizes that differ.
-    """
-
-    preset: Literal["club", "thesis", "small"] = "club"
-    king: ShapeConfig = Field(default_factory=ShapeConfig)
-    queen: ShapeConfig = Field(default_factory=ShapeConfig)
-    rook: ShapeConfig = Field(default_factory=ShapeConfig)
-    bishop: ShapeConfig = Field(default_factory=ShapeConfig)
-    knight: ShapeConfig = Field(default_factory=ShapeConfig)
-    pawn: ShapeConfig = Field(default_factory=ShapeConfig)
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        for name in map(chess.piece_name, KINDS):
-            try:
-                self._shape(name)
-            except ValidationError as error:
-                raise ValueError(
-                    f"{name}: {error.errors()[0]['msg'].removeprefix('Value error, ')}"
-                ) from None
-        return self
-
-    def piece_set(self) -> PieceSet:
-        """The preset with the changes."""
-        names = [chess.piece_name(kind) for kind in KINDS]
-        changed = any(self._changes(name) for name in names)
-        return PieceSet(
-            name=f"{self.preset}, changed" if changed else self.preset,
-            **{name: self._shape(name) for name in names},
-        )
-
-    def _shape(self, name: str) -> PieceShape:
-        preset: PieceShape = getattr(PRESETS[self.preset], name)
-        return PieceShape.model_validate(preset.model_dump() | self._changes(name))
-
-    def _changes(self, name: str) -> dict[str, float]:
-        shape: ShapeConfig = getattr(self, name)
-        return shape.model_dump(exclude_none=True)
 
 
 class EngineConfig(Section):
@@ -248,7 +172,7 @@ class DataConfig(Section):
 
 
 class Config(Section):
-    """Everything that can be configured."""
+    """Everything that can be configured; table, pieces and gripper as the kind of robot needs them."""
 
     robot: RobotConfig = Field(default_factory=RobotConfig)
     table: TableConfig = Field(default_factory=TableConfig)
@@ -261,6 +185,11 @@ class Config(Section):
     camera: CameraConfig = Field(default_factory=CameraConfig)
     sensor: SensorConfig = Field(default_factory=SensorConfig)
     data: DataConfig = Field(default_factory=DataConfig)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_its_robot_needs(cls, content: Any) -> Any:
+        return with_robot_defaults(content) if isinstance(content, Mapping) else content
 
     @property
     def on_twin(self) -> bool:
@@ -291,13 +220,21 @@ class Config(Section):
 
     @property
     def calibration_path(self) -> Path:
-        """The calibration's own file; the twin's never gets mixed up with the machine's."""
-        return self.data_dir / ("calibration-twin.json" if self.on_twin else "calibration.json")
+        """The calibration's own file; each robot, and the twin of each, has its own."""
+        return self._of_this_robot("calibration")
 
     @property
     def camera_calibration_path(self) -> Path:
-        """Where it is kept how the camera sees the robot's frame; twin and machine apart as well."""
-        return self.data_dir / ("camera-twin.json" if self.on_twin else "camera.json")
+        """Where it is kept how the camera sees the robot's frame; robots and twins apart as well."""
+        return self._of_this_robot("camera")
+
+    @property
+    def arm_calibration_path(self) -> Path:
+        """Where it is kept how an arm differs from its parameter file."""
+        return self._of_this_robot("joints")
+
+    def _of_this_robot(self, what: str) -> Path:
+        return self.data_dir / f"{of_robot(what, self.robot.kind)}{'-twin' if self.on_twin else ''}.json"
 
     def build_table(self, calibration: Calibration | None = None) -> Table:
         """The table: as configured, or with the board where the calibration found it."""
@@ -343,7 +280,7 @@ def load_config(path: Path | None = None, overrides: Mapping[str, object] | None
     for key, value in given.items():
         _put(content, key, value)
     config = _checked(content, text, where, given)
-    saved = read_table_file(config.data_dir)
+    saved = read_table_file(config.data_dir, config.robot.kind)
     for key, value in {**saved.content, **given}.items():
         _put(content, key, value)
     return _checked(content, saved.text, saved.where, given) if saved.content else config

@@ -20,9 +20,9 @@ from kempelen.app.doctor_camera import check_camera_pose, examine_camera
 from kempelen.app.doctor_ports import examine_port, examine_serial_ports
 from kempelen.app.doctor_probe import examine_physics, examine_rendering
 from kempelen.app.doctor_rows import Check, fail, failed, ok, warn
+from kempelen.app.fitting import misfits
 from kempelen.core.calibration import Calibration
 from kempelen.core.errors import CalibrationError, ConfigError, FitError
-from kempelen.core.fit import check_fit
 from kempelen.engines.probe import EngineReport, probe
 from kempelen.robots.transport import list_ports
 
@@ -123,9 +123,9 @@ def check_table(config: Config, calibration: Calibration | None) -> Check:
     """Board, trays, pieces, gripper and work space fit together."""
     try:
         table = config.build_table(calibration)
-    except FitError as error:
+        findings = misfits(config, table)
+    except (FitError, ConfigError) as error:
         return failed("table", error)
-    findings = check_fit(table, config.planner.clearances.vertical)
     if findings:
         return fail("table", "\n".join(map(str, findings)), "Change the configuration or the table.")
     return ok(

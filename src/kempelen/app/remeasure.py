@@ -3,9 +3,9 @@
 from kempelen.app.camera_pose import as_calibration, bumped, load_camera_pose
 from kempelen.app.config import Config
 from kempelen.app.eyes import GameEyes
+from kempelen.app.fitting import require_table
 from kempelen.core.calibration import Calibration
 from kempelen.core.errors import GameError
-from kempelen.core.fit import require_fit
 from kempelen.core.geometry import Transform
 from kempelen.core.table import Table
 
@@ -45,5 +45,5 @@ def table_as_measured(config: Config, calibration: Calibration) -> Table:
         FitError: something does not fit on it.
     """
     table = config.build_table(calibration)
-    require_fit(table, config.planner.clearances.vertical)
+    require_table(config, table)
     return table

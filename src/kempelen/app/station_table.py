@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import chess
 
 from kempelen.app.config import TWIN_PORT, Config
-from kempelen.app.config_change import changed
+from kempelen.app.config_change import changed, for_robot
 from kempelen.app.eyes import GameEyes
 from kempelen.app.game_run import GameRun
 from kempelen.app.idle_table import IdleTable
@@ -44,6 +44,7 @@ class StationTable:
 
     def __init__(self, config: Config) -> None:
         self._config = config
+        self._known = dict[str, Config]()  # by kind of robot, as last used
         self._idle: IdleTable | None = None
         self._run: GameRun | None = None
         self._listeners: list[Listener] = []
@@ -242,7 +243,9 @@ class StationTable:
                 hint=f"Installed: {', '.join(robot_kinds())}.",
             )
         control = self._config.twin.control if port == self._config.robot.port else ""
-        config = changed(self._config, {"robot.kind": kind, "robot.port": port, "twin.control": control})
+        self._known[self._config.robot.kind] = self._config
+        config = for_robot(self._config, kind, self._known.get(kind))
+        config = changed(config, {"robot.port": port, "twin.control": control})
         where = "the twin" if port == TWIN_PORT else port
         await self._do(f"Connecting {where} …", lambda: self._connect(config), Phase.CONNECTING)
 

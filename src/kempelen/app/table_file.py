@@ -1,4 +1,4 @@
-"""The table as it was last entered in the web page: ``table.toml`` in the data directory.
+"""The table as it was last entered in the web page: ``table.toml`` in the data directory, or that of a robot.
 
 It holds the side of the squares, the trays and the pieces, in the words of the configuration, and is stronger
 than the configuration file: whoever used the page meant the table that stands there. The command line is
@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from kempelen.app.robot_defaults import of_robot
 from kempelen.core.errors import ConfigError
 
-TABLE_FILE = "table.toml"
 _HOLDS: Mapping[str, tuple[str, ...]] = {"table": ("square", "trays"), "pieces": ()}
 """Its sections; of the first only these keys."""
 
@@ -33,13 +33,18 @@ class TableFile:
     where: str = ""
 
 
-def read_table_file(data_dir: Path) -> TableFile:
+def table_file(data_dir: Path, kind: str) -> Path:
+    """Where it is kept for that kind of robot."""
+    return data_dir / f"{of_robot('table', kind)}.toml"
+
+
+def read_table_file(data_dir: Path, kind: str) -> TableFile:
     """Read it, if it is there; values are the configuration's to check.
 
     Raises:
         ConfigError: unreadable, not TOML, or it holds something else.
     """
-    path = data_dir / TABLE_FILE
+    path = table_file(data_dir, kind)
     try:
         text = path.read_text(encoding="utf-8")
         return TableFile(_content(tomllib.loads(text), path), text, str(path))

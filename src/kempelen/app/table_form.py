@@ -7,12 +7,14 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from kempelen.app.calibration_file import load_calibration
-from kempelen.app.config import Config, PiecesConfig, Section
+from kempelen.app.config import Config
+from kempelen.app.config_pieces import PiecesConfig, Section
 from kempelen.app.files import replace_file
-from kempelen.app.table_file import TABLE_FILE
+from kempelen.app.fitting import misfits
+from kempelen.app.table_file import table_file
 from kempelen.core.calibration import SQUARE_RANGE
 from kempelen.core.errors import ConfigError
-from kempelen.core.fit import Finding, check_fit
+from kempelen.core.fit import Finding
 from kempelen.core.table import Table, Tray
 
 _HEAD = """\
@@ -69,7 +71,7 @@ def built(config: Config) -> tuple[Table, list[Finding]]:
         CalibrationError: the calibration file is damaged.
     """
     table = config.build_table(load_calibration(config.calibration_path))
-    return table, check_fit(table, config.planner.clearances.vertical)
+    return table, misfits(config, table)
 
 
 def save_form(form: TableForm, config: Config) -> Config:
@@ -78,7 +80,7 @@ def save_form(form: TableForm, config: Config) -> Config:
     Raises:
         ConfigError: it cannot be written.
     """
-    path = config.data_dir / TABLE_FILE
+    path = table_file(config.data_dir, config.robot.kind)
     try:
         replace_file(path, form.toml())
     except OSError as error:

@@ -10,12 +10,13 @@ from typing import Self
 
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.config import Config
+from kempelen.app.fitting import require_table
 from kempelen.app.timed_hand import TimedHand
 from kempelen.core.errors import ConfigError
-from kempelen.core.fit import require_fit
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot
 from kempelen.core.table import Table
+from kempelen.robots.hand import CartesianHand
 from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.client import TwinControl, TwinProcess
 from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
@@ -63,7 +64,7 @@ def calibrated_table(config: Config) -> Table:
         CalibrationError: the calibration file is damaged.
     """
     table = config.build_table(load_calibration(config.calibration_path))
-    require_fit(table, config.planner.clearances.vertical)
+    require_table(config, table)
     return table
 
 
@@ -120,8 +121,8 @@ class TableSession:
             port = await self._far_end()
             self.robot = await self._stack.enter_async_context(make_robot(self._config, port, self.table))
             planner = self._config.planner
-            self.hand = TimedHand(self.robot, self.table, planner=planner.name, clearances=planner.clearances)
-            self.hand.control = self.control
+            hand = CartesianHand(self.robot, self.table, planner=planner.name, clearances=planner.clearances)
+            self.hand = TimedHand(hand, self.control)
         except BaseException:
             await self._stack.aclose()
             raise

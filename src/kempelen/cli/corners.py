@@ -10,11 +10,11 @@ from rich.table import Table
 
 from kempelen.app.calibration_file import load_calibration, save_calibration
 from kempelen.app.config import Config
+from kempelen.app.fitting import require_table
 from kempelen.app.jogging import Point, fingertips
 from kempelen.cli.pad import JogPad, homed_robot, need_terminal
 from kempelen.core.calibration import CORNERS, Calibration, calibrate
 from kempelen.core.errors import CalibrationError
-from kempelen.core.fit import require_fit
 
 
 def _corner(text: str) -> tuple[str, Point]:
@@ -41,7 +41,7 @@ def measure(config: Config, given: list[str], count: int, square: float | None) 
         need_terminal("Give the corners as numbers: --corner a1=X,Y,Z --corner h1=X,Y,Z")
         points = asyncio.run(_touch(config, list(CORNERS)[:count]))
     found = calibrate(points, date=datetime.now(UTC), square=square)
-    require_fit(config.build_table(found))
+    require_table(config, config.build_table(found))
     save_calibration(config.calibration_path, found)
     _print(found)
     typer.echo(f"Kept in {config.calibration_path}.")

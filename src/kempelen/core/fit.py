@@ -4,7 +4,7 @@ All distances are horizontal unless they are called heights; a piece counts as a
 its widest part, wherever it may stand within `OFF_CENTRE` of its place.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import atan2, degrees
@@ -76,7 +76,15 @@ def require_fit(table: Table, carry_clearance: float = CARRY_CLEARANCE) -> None:
     Raises:
         FitError: with all the findings.
     """
-    findings = check_fit(table, carry_clearance)
+    refuse(check_fit(table, carry_clearance))
+
+
+def refuse(findings: Sequence[Finding]) -> None:
+    """Refuse a table of which there are findings.
+
+    Raises:
+        FitError: with all of them.
+    """
     if findings:
         count = "One thing does" if len(findings) == 1 else f"{len(findings)} things do"
         raise FitError(

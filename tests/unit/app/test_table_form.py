@@ -3,8 +3,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from kempelen.app.config import Config, PiecesConfig, ShapeConfig, load_config
-from kempelen.app.table_file import TABLE_FILE
+from kempelen.app.config import Config, load_config
+from kempelen.app.config_pieces import PiecesConfig, ShapeConfig
 from kempelen.app.table_form import TableForm, built, save_form
 from kempelen.core.errors import ConfigError, FitError
 from kempelen.core.table import Tray
@@ -52,12 +52,12 @@ def test_it_is_stronger_than_the_file_and_weaker_than_the_command_line(tmp_path:
         ("[table]\nboard = [1, 2, 3]\n", "'table' holds what does not belong there"),
         ("table = 5\n", "'table' holds what does not belong there"),
         ("[table\n", "is damaged"),
-        ("[table]\nsquare = 500\n", f"{TABLE_FILE}:2: 'table.square'"),
-        ("[pieces]\npreset = 'huge'\n", f"{TABLE_FILE}:2: 'pieces.preset'"),
+        ("[table]\nsquare = 500\n", f"{'table.toml'}:2: 'table.square'"),
+        ("[pieces]\npreset = 'huge'\n", f"{'table.toml'}:2: 'pieces.preset'"),
     ],
 )
 def test_a_damaged_file_is_refused_by_name_and_line(tmp_path: Path, text: str, said: str) -> None:
-    (tmp_path / TABLE_FILE).write_text(text)
+    (tmp_path / "table.toml").write_text(text)
     with pytest.raises(ConfigError) as caught:
         config_in(tmp_path)
     assert said in caught.value.message
@@ -65,7 +65,7 @@ def test_a_damaged_file_is_refused_by_name_and_line(tmp_path: Path, text: str, s
 
 
 def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
-    (tmp_path / TABLE_FILE).write_bytes(b"\xff\xfe")
+    (tmp_path / "table.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(ConfigError, match="damaged"):
         config_in(tmp_path)
 

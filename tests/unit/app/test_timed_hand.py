@@ -9,6 +9,7 @@ from kempelen.app.timed_hand import TimedHand
 from kempelen.core.places import Place, Transfer
 from kempelen.core.protocols import Checkpoint
 from kempelen.core.table import Table, start_layout
+from kempelen.robots.hand import CartesianHand
 from kempelen.testing.rigs import MemoryRig
 from kempelen.twin.client import TwinControl
 
@@ -35,7 +36,7 @@ async def test_on_a_twin_its_clock_counts() -> None:
         reached.append(at)
 
     async with MemoryRig() as rig, rig.robot() as robot:
-        hand = TimedHand(robot, TABLE)
+        hand = TimedHand(CartesianHand(robot, TABLE))
         await hand.prepare()
         hand.control = cast("TwinControl", Twin(100.0, 101.5, 104.0))
         report = await hand.carry(KNIGHT, START, checkpoint)
@@ -47,7 +48,7 @@ async def test_on_a_twin_its_clock_counts() -> None:
 async def test_on_a_machine_it_is_the_hands_own() -> None:
     ticks = iter(range(1000))
     async with MemoryRig() as rig, rig.robot() as robot:
-        hand = TimedHand(robot, TABLE, clock=lambda: float(next(ticks)))
+        hand = TimedHand(CartesianHand(robot, TABLE, clock=lambda: float(next(ticks))))
         await hand.prepare()
 
         async def checkpoint(_at: Checkpoint) -> None:

@@ -1,0 +1,29 @@
+"""What of a configured table does not fit: sizes, gaps, and the reach of the robot that is configured."""
+
+from kempelen.app.config import Config
+from kempelen.core.fit import Finding, check_fit, refuse
+from kempelen.core.table import Table
+
+
+def misfits(config: Config, table: Table) -> list[Finding]:
+    """Everything that does not fit, nothing if all does.
+
+    Args:
+        config: Names the robot and the gaps to be kept.
+        table: To be checked.
+
+    Raises:
+        ConfigError: the robot's options are wrong.
+    """
+    clearance = config.planner.clearances.vertical
+    return check_fit(table, clearance)
+
+
+def require_table(config: Config, table: Table) -> None:
+    """Refuse a table on which something does not fit.
+
+    Raises:
+        FitError: with all that does not.
+        ConfigError: the robot's options are wrong.
+    """
+    refuse(misfits(config, table))
