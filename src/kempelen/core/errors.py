@@ -11,6 +11,7 @@
     ├── EngineError          the program that thinks is missing, broken or silent
     ├── JournalError         the durable record is locked, damaged or of another version
     ├── MotionError          a path that cannot be planned or would touch something
+    │   └── ReachError       a pose that an arm cannot take, and by how much it misses it
     ├── RobotError           the machine
     │   ├── LinkError        the wire: absent, no permission, lost, another device answering
     │   ├── AlarmError       the controller raised an alarm and has locked itself
@@ -93,6 +94,10 @@ class MotionError(KempelenError):
     """A path cannot be planned or would touch something."""
 
     exit_code = 5
+
+
+class ReachError(MotionError):
+    """A pose is out of an arm's reach or beyond its joints' ranges; the message says by how much."""
 
 
 class RobotError(KempelenError):
