@@ -68,7 +68,7 @@ class TwinLoop:
     def _build(self, spec: TwinSpec) -> None:
         """World, controller, wire and side door, while the cameras start."""
         self._controller: VirtualGrbl = make_controller(spec)
-        self._world = World(make_scene(spec), seed=spec.seed, tool=self._tool())
+        self._world = World(make_scene(spec), seed=spec.seed, joints=self._tool())
         self._wire = make_wire(spec.wire, spec.link)
         if spec.resume:
             load_state(Path(spec.state), self._controller, self._world)

@@ -14,7 +14,7 @@ from kempelen.core.places import Place
 from kempelen.core.table import Gripper, Table, Tray, start_layout
 from kempelen.testing.world_driver import TICK, WorldDriver
 from kempelen.twin.physics import Scene, World
-from kempelen.twin.physics.gantry import Jaw
+from kempelen.twin.physics.gripper import Jaw
 from kempelen.twin.physics.model import build_model
 
 pytestmark = pytest.mark.physics

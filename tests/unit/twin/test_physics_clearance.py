@@ -15,7 +15,7 @@ pytestmark = pytest.mark.physics
 
 def touches(world: World, tool: Array) -> bool:
     simulation = world._simulation
-    simulation.tool = tool
+    simulation.joints = tool
     mujoco.mj_forward(simulation.model, simulation.data)
     hand = int(simulation.model.body("slide_x").id)
     owners = simulation.model.geom_bodyid[simulation.data.contact.geom]

@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import chess
@@ -118,14 +119,15 @@ def _transfer_set_points(driver: WorldDriver) -> list[tuple[tuple[float, float, 
     told: list[tuple[tuple[float, float, float], bool]] = []
 
     class Recorder(World):
-        def step(self, dt: float, target_mm: tuple[float, float, float], gripper_closed: bool) -> None:
-            told.append((target_mm, gripper_closed))
-            super().step(dt, target_mm, gripper_closed)
+        def step(self, dt: float, target: Sequence[float], gripper_closed: bool) -> None:
+            x, y, z = target
+            told.append(((x, y, z), gripper_closed))
+            super().step(dt, target, gripper_closed)
 
     x, y, z = TABLE.grip_point(Place("e2"), chess.PAWN)
     start = (float(x), float(y), float(z + 100.0))
-    WorldDriver(Recorder(SCENE, tool=start)).transfer("P", Place("e2"), Place("e4"))
-    driver.world = World(SCENE, seed=5, tool=start)
+    WorldDriver(Recorder(SCENE, joints=start)).transfer("P", Place("e2"), Place("e4"))
+    driver.world = World(SCENE, seed=5, joints=start)
     return told
 
 

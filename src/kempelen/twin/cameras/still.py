@@ -3,12 +3,10 @@
 from typing import Any
 
 import mujoco
-import numpy as np
 
-from kempelen.core.table import Table
 from kempelen.twin.physics.model import build_model
+from kempelen.twin.physics.robot import machine_of
 from kempelen.twin.physics.scene import Scene
-from kempelen.twin.physics.units import METRES
 
 
 class Still:
@@ -24,10 +22,10 @@ class Still:
         self.model: Any = build_model(scene, machine=machine)
         self.data: Any = mujoco.MjData(self.model)
         if machine:
-            _park(self.data, scene.table, len(scene.pieces))
+            _park(self.data, scene)
 
 
-def _park(data: Any, table: Table, pieces: int) -> None:
-    """The robot's hand where it is between two moves; its joints come after the pieces'."""
-    start = 7 * pieces
-    data.qpos[start : start + 3] = table.park_point(np.array(table.space.upper)) * METRES
+def _park(data: Any, scene: Scene) -> None:
+    """The robot where it is between two moves; its joints come after the pieces'."""
+    machine, start = machine_of(scene), 7 * len(scene.pieces)
+    data.qpos[start : start + len(machine.joints)] = machine.parked * machine.scale

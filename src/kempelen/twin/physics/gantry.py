@@ -1,187 +1,78 @@
-"""MuJoCo bodies of the machine: three slides and a two-finger gripper.
+"""MuJoCo bodies of the gantry: three slides that carry the hand.
 
 The slides, like steppers, go where they are told: they are so heavy that no piece holds them up, and their
-speed is set from outside. The fingers are driven by a spring of limited force and coupled to each other, as
-by a rack and pinion: they stay symmetric about the tool point. Each pad is a V notch of ±45°, which pulls a
-round stem to the tool point because the friction coefficient is below tan 45°: at 1.2 the notch would hold
-it where it first touches. Opposite blades are interleaved like combs, so that they may pass each other on a
-thin stem.
+speed is set from outside.
 """
 
 import math
-from dataclasses import dataclass
-from typing import Any, Self
+from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from kempelen.core.errors import FitError
-from kempelen.core.table import Gripper
-from kempelen.twin.physics.bodies import Touch
+from kempelen.core.geometry import Array
+from kempelen.core.pieces import PieceShape
+from kempelen.core.table import Table
+from kempelen.twin.physics.appearance import add_frame
+from kempelen.twin.physics.clearance import Clearance
+from kempelen.twin.physics.gripper import PALM_HEIGHT, Jaw, add_gripper
+from kempelen.twin.physics.scene import Scene
 from kempelen.twin.physics.units import METRES
 
-AXES = ("x", "y", "z")
-FINGERS = ("left", "right")
 SLIDE_MASS = 100.0
 """With the motors' reflected inertia, kg: what a piece pushes back does not move the machine."""
-FINGER_MASS = 0.15
-"""kg"""
-FINGER_GAIN = 400.0
-"""Force per lack of speed, up to the grip force, N s/m."""
-GRIP_FORCE = 6.0
-"""Of each finger, N."""
-CLOSE_SPEED = 0.1
-"""Of each finger, m/s."""
-OPEN_SPEED = 0.2
-"""Of each finger, m/s."""
-PAD_FRICTION = 0.6
-PAD_ABOVE = 3.0
-"""How far the pads reach above the tool point, mm: short, to leave room for the head over a pawn's neck."""
-BLADE = 2.0
-"""Thickness of the notch's blades, mm."""
-PALM_HEIGHT = 30.0
-SHANK_GAP = 0.7
-"""From the open notch's apex back to the shank, mm: room for the head above the grip."""
-THINNEST_SHANK = 1.0
-TRUNCATION = 2.0
-"""The blades begin this far from the notch's centre line, mm."""
 
 
-@dataclass(frozen=True)
-class Jaw:
-    """Sizes of the notched fingers, mm.
+class Gantry:
+    """Slides named x, y, z; joint values are the tool point's coordinates, robot frame, mm.
 
-    Attributes:
-        apex_open: From the tool point to where the open notch's two faces would meet.
-        half_width: Of the notch, across the closing axis.
-        outside_open: From the tool point to the outside of the open finger.
-        below: The pads' reach below the tool point.
-        length: From the tool point to the palm.
-        palm_radius: Of the palm.
-        angle: Of the closing axis from the robot's x, rad.
+    Args:
+        table: Whose gripper and work space it has.
     """
 
-    apex_open: float
-    half_width: float
-    outside_open: float
-    below: float
-    length: float
-    palm_radius: float
-    angle: float
+    joints: tuple[str, ...] = ("x", "y", "z")
+    scale = METRES
+    fastest = 5000.0
+    standstill = 1e-3
+    unit = "mm"
 
-    @classmethod
-    def of(cls, gripper: Gripper) -> Self:
-        """The jaw that lets a round head of the width of the gripper's opening pass.
-
-        Raises:
-            FitError: the fingers are too thin to hold a notch of that opening.
-        """
-        least = gripper.opening / 2 * (math.sqrt(2) - 1) + SHANK_GAP + THINNEST_SHANK
-        if gripper.finger_thickness < least:
-            raise FitError(
-                f"The gripper's fingers are {gripper.finger_thickness} mm thick; a notch that opens to "
-                f"{gripper.opening} mm needs {least:.1f} mm.",
-                hint="Set the gripper's finger_thickness in the configuration.",
-            )
-        return cls(
-            apex_open=gripper.opening / 2 * math.sqrt(2),
-            half_width=gripper.finger_width / 2,
-            outside_open=gripper.half_length_open,
-            below=gripper.below_tool,
-            length=gripper.finger_length,
-            palm_radius=gripper.palm_radius,
-            angle=gripper.closing_axis,
-        )
+    def __init__(self, table: Table) -> None:
+        self._table, self._space = table, table.space
+        self._jaw = Jaw.of(table.gripper)
 
     @property
-    def free_radius(self) -> float:
-        """Of the round passage between the open fingers, mm."""
-        corner = math.hypot(self.apex_open - self.half_width, self.half_width)
-        return min(self.apex_open / math.sqrt(2), corner)
+    def start(self) -> Array:
+        """(3,) mm: the work space's corner, up."""
+        return np.array([*self._space.lower[:2], self._space.upper[2]])
 
     @property
-    def stroke(self) -> float:
-        """Travel of each finger from open to closed on nothing, mm."""
-        return self.apex_open - 4.0
+    def parked(self) -> Array:
+        """(3,) mm: between two moves."""
+        return self._table.park_point(np.array(self._space.upper))
 
+    def tool(self, joints: Array) -> Array:
+        """(3,) mm: the tool point, robot frame."""
+        return joints
 
-def add_gantry(spec: Any, jaw: Jaw) -> None:
-    """Slides named x, y, z and the gripper; joint values are the tool point's coordinates in metres."""
-    body = spec.worldbody
-    for index, axis in enumerate(AXES):
-        body = body.add_body(name=f"slide_{axis}", gravcomp=1.0)
-        body.explicitinertial = True
-        body.mass = SLIDE_MASS
-        body.inertia = (1e-2, 1e-2, 1e-2)
-        unit = tuple(float(i == index) for i in range(3))
-        body.add_joint(name=axis, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=unit)
-    hand = body.add_body(name="hand", quat=(math.cos(jaw.angle / 2), 0, 0, math.sin(jaw.angle / 2)))
-    hand.add_geom(
-        name="palm", type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=np.array([jaw.palm_radius, PALM_HEIGHT / 2, 0]) * METRES,
-        pos=np.array([0, 0, jaw.length + PALM_HEIGHT / 2]) * METRES, **_metal(),
-    )  # fmt: skip
-    for name, side in zip(FINGERS, (-1, 1), strict=True):
-        _add_finger(spec, hand, name, side, jaw)
-    spec.add_equality(
-        name="rack", type=mujoco.mjtEq.mjEQ_JOINT, name1="left", name2="right",
-        objtype=mujoco.mjtObj.mjOBJ_JOINT,
-        data=[0, 1] + [0] * 10, solref=(0.004, 1.0), solimp=(0.98, 0.999, 0.001, 0.5, 2),
-    )  # fmt: skip
+    def sweep(self, way: Array) -> float:
+        """mm: what no point of the machine goes farther than when its joints go by ``way``."""
+        return float(np.abs(way).max()) * math.sqrt(3)
 
+    def clearance(self, shapes: Sequence[PieceShape]) -> Clearance:
+        """How far the hand is from such pieces."""
+        return Clearance(self._jaw, shapes)
 
-def _servo(spec: Any, joint: str, gain: float, force: float = 0.0) -> None:
-    actuator = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    actuator.gaintype = mujoco.mjtGain.mjGAIN_FIXED
-    actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-    actuator.gainprm = [gain] + [0] * 9
-    actuator.biasprm = [0, 0, -gain] + [0] * 7
-    if force:
-        actuator.forcelimited = True
-        actuator.forcerange = (-force, force)
-
-
-def _metal() -> dict[str, Any]:
-    return {
-        "contype": int(Touch.GRIPPER), "conaffinity": 0, "rgba": (0.75, 0.76, 0.78, 1.0), "mass": 0.0,
-        "friction": (0.2, 0.005, 0.0001), "condim": 3,
-    }  # fmt: skip
-
-
-def _add_finger(spec: Any, hand: Any, name: str, side: int, jaw: Jaw) -> None:
-    """A finger on the -x (side -1) or +x side of the hand; its joint is 0 when open and grows in closing."""
-    finger = hand.add_body(name=name, gravcomp=1.0)
-    finger.explicitinertial = True
-    finger.mass = FINGER_MASS
-    finger.inertia = (1e-5, 1e-5, 1e-5)
-    finger.add_joint(
-        name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(-float(side), 0, 0), limited=True,
-        range=(0.0, jaw.stroke * METRES), solref_limit=(0.004, 1.0),
-    )  # fmt: skip
-    _servo(spec, name, FINGER_GAIN, GRIP_FORCE)
-    for across in (-1, 1):
-        _add_blade(finger, side, across, jaw)
-    inner = jaw.apex_open + SHANK_GAP
-    middle, half = (inner + jaw.outside_open) / 2, (jaw.outside_open - inner) / 2
-    finger.add_geom(
-        name=f"{name}_shank", type=mujoco.mjtGeom.mjGEOM_BOX,
-        pos=np.array([side * middle, 0, (jaw.length - jaw.below) / 2]) * METRES,
-        size=np.array([half, 5.0, (jaw.length + jaw.below) / 2]) * METRES, **_metal(),
-    )  # fmt: skip
-
-
-def _add_blade(finger: Any, side: int, across: int, jaw: Jaw) -> None:
-    """One face of a notch: from the truncated apex to the finger's edge, at 45° to the closing axis."""
-    length = (jaw.half_width - TRUNCATION) * math.sqrt(2)
-    y = (jaw.half_width + TRUNCATION) / 2
-    # Behind the middle of the face by half the blade's thickness, along the face's normal (-1, -1)/sqrt 2.
-    back = BLADE / 2 / math.sqrt(2)
-    position = np.array([side * (jaw.apex_open - y + back), across * (y + back), (PAD_ABOVE - jaw.below) / 2])
-    turn = -side * across * math.pi / 4
-    finger.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, pos=position * METRES,
-        quat=(math.cos(turn / 2), 0, 0, math.sin(turn / 2)),
-        size=np.array([length / 2, BLADE / 2, (PAD_ABOVE + jaw.below) / 2]) * METRES,
-        contype=Touch.GRIPPER, conaffinity=0, priority=1, condim=3, rgba=(0.15, 0.15, 0.17, 1.0), mass=0.0,
-        friction=(PAD_FRICTION, 0.005, 0.0001), solref=(0.004, 1.0), solimp=(0.98, 0.995, 0.001, 0.5, 2),
-    )  # fmt: skip
+    def build(self, spec: Any, scene: Scene) -> None:
+        """Add slides, hand and frame to an MjSpec."""
+        body, slides = spec.worldbody, {}
+        for index, axis in enumerate(self.joints):
+            body = slides[axis] = body.add_body(name=f"slide_{axis}", gravcomp=1.0)
+            body.explicitinertial = True
+            body.mass = SLIDE_MASS
+            body.inertia = (1e-2, 1e-2, 1e-2)
+            unit = tuple(float(i == index) for i in range(3))
+            body.add_joint(name=axis, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=unit)
+        add_gripper(spec, body, self._jaw)
+        palm_top = self._jaw.length + PALM_HEIGHT
+        add_frame(spec, slides, self._space, palm_top=palm_top, table_top=scene.table_top)

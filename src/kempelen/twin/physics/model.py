@@ -8,10 +8,10 @@ import numpy as np
 
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import KINDS
-from kempelen.twin.physics.appearance import add_frame, add_materials, add_meshes, paint_textures
+from kempelen.twin.physics.appearance import add_materials, add_meshes, paint_textures
 from kempelen.twin.physics.bodies import add_piece, add_surfaces, quaternion
-from kempelen.twin.physics.gantry import PALM_HEIGHT, Jaw, add_gantry
 from kempelen.twin.physics.hand import add_hand
+from kempelen.twin.physics.robot import machine_of
 from kempelen.twin.physics.scene import Scene
 from kempelen.twin.physics.units import METRES
 
@@ -41,20 +41,12 @@ def build_model(scene: Scene, *, machine: bool = True) -> Any:
     for piece in scene.pieces:
         add_piece(spec, piece, scene.shape(piece), up)
     if machine:
-        _add_machine(spec, scene)
+        machine_of(scene).build(spec, scene)
         add_hand(spec, scene)
     _add_light_and_camera(spec, scene)
     model = spec.compile()
     paint_textures(model, scene.look, scene.table.square)
     return model
-
-
-def _add_machine(spec: Any, scene: Scene) -> None:
-    jaw = Jaw.of(scene.table.gripper)
-    add_gantry(spec, jaw)
-    slides = {axis: spec.body(f"slide_{axis}") for axis in "xz"}
-    palm_top = jaw.length + PALM_HEIGHT
-    add_frame(spec, slides, scene.table.space, palm_top=palm_top, table_top=scene.table_top)
 
 
 def _add_light_and_camera(spec: Any, scene: Scene) -> None:

@@ -3,16 +3,18 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import chess
 import numpy as np
 
 from kempelen.core.errors import FitError
+from kempelen.core.geometry import Transform
 from kempelen.core.pieces import PieceShape
 from kempelen.core.places import Layout
 from kempelen.core.table import Table
+from kempelen.kinematics import Arm
 from kempelen.twin.look import DEFAULT_LOOK, Look
 
 TRAY_THICKNESS = 10.0
@@ -42,6 +44,19 @@ class StandingPiece:
     turn: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class StandingArm:
+    """An arm and where it stands.
+
+    Attributes:
+        arm: As it truly is.
+        robot_from_base: True pose of its base.
+    """
+
+    arm: Arm
+    robot_from_base: Transform = field(default_factory=Transform.identity)
+
+
 @dataclass(frozen=True)
 class Scene:
     """Everything the simulation is built from.
@@ -52,6 +67,7 @@ class Scene:
         board_thickness: The board's playing surface above the table top, mm.
         look: Colours, for cameras.
         person: Whose side the virtual person sits at: ``"white"`` or ``"black"``.
+        arm: The robot, if it is an arm; None for the gantry of the table's work space.
     """
 
     table: Table
@@ -59,6 +75,7 @@ class Scene:
     board_thickness: float = 20.0
     look: Look = DEFAULT_LOOK
     person: str = "white"
+    arm: StandingArm | None = None
 
     def __post_init__(self) -> None:
         twice = [name for name, n in Counter(p.piece_id for p in self.pieces).items() if n > 1]

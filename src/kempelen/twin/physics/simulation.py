@@ -10,9 +10,10 @@ import numpy as np
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array
 from kempelen.twin.physics.bodies import quaternion
-from kempelen.twin.physics.gantry import CLOSE_SPEED, FINGERS, OPEN_SPEED, Jaw
+from kempelen.twin.physics.gripper import CLOSE_SPEED, FINGERS, OPEN_SPEED, Jaw
 from kempelen.twin.physics.hand import hand_pose
 from kempelen.twin.physics.model import build_model
+from kempelen.twin.physics.robot import machine_of
 from kempelen.twin.physics.scene import Scene, StandingPiece
 from kempelen.twin.physics.state import Sleep, read_state, wake, write_state
 from kempelen.twin.physics.units import METRES
@@ -32,12 +33,13 @@ class Simulation:
 
     Args:
         scene: What there is.
-        tool: (x, y, z) of the tool point at first, robot frame, mm.
+        joints: Where the machine stands at first, in its own units; None for where it starts.
     """
 
-    def __init__(self, scene: Scene, tool: tuple[float, float, float]) -> None:
+    def __init__(self, scene: Scene, joints: Array | None = None) -> None:
+        self.machine = machine_of(scene)
         self._load(scene)
-        self.tool = np.asarray(tool)
+        self.joints = self.machine.start if joints is None else joints
         self._fingers[:] = Jaw.of(scene.table.gripper).stroke * METRES
         self._settle()
 
@@ -48,8 +50,9 @@ class Simulation:
         self.data: Any = mujoco.MjData(self.model)
         model, data, n = self.model, self.data, len(scene.pieces)
         self._bodies, self._body_speeds = data.qpos[: 7 * n].reshape(n, 7), data.qvel[: 6 * n].reshape(n, 6)
-        self._slides, self._fingers = data.qpos[7 * n : 7 * n + 3], data.qpos[7 * n + 3 :]
-        self._slide_speeds, self._finger_speeds = data.qvel[6 * n : 6 * n + 3], data.qvel[6 * n + 3 :]
+        k = len(self.machine.joints)
+        self._axes, self._fingers = data.qpos[7 * n : 7 * n + k], data.qpos[7 * n + k :]
+        self._axis_speeds, self._finger_speeds = data.qvel[6 * n : 6 * n + k], data.qvel[6 * n + k :]
         self._piece_of = {int(model.body(piece.piece_id).id): i for i, piece in enumerate(scene.pieces)}
         self._body_of = {i: body for body, i in self._piece_of.items()}
         self._finger_bodies = {int(model.body(name).id) for name in FINGERS}
@@ -70,13 +73,18 @@ class Simulation:
     # --- the machine ----------------------------------------------------------------------------------------
 
     @property
-    def tool(self) -> Array:
-        """(3,) mm, where the tool point really is; assign to put it somewhere at once."""
-        return np.asarray(self._slides / METRES)
+    def joints(self) -> Array:
+        """(n,) where the machine's joints really are, in its own units; assign to put them there at once."""
+        return np.asarray(self._axes / self.machine.scale)
 
-    @tool.setter
-    def tool(self, where: Array) -> None:
-        self._slides[:] = where * METRES
+    @joints.setter
+    def joints(self, where: Array) -> None:
+        self._axes[:] = where * self.machine.scale
+
+    @property
+    def tool(self) -> Array:
+        """(3,) mm, robot frame: where the tool point really is."""
+        return self.machine.tool(self.joints)
 
     @property
     def fingers_at_rest(self) -> bool:
@@ -84,16 +92,16 @@ class Simulation:
         return bool(np.abs(self._finger_speeds).max() < STILL_SPEED)
 
     def glide(self, dt: float, way: Array) -> None:
-        """Move the machine by ``way`` (3,) mm where nothing can be touched; nothing else moves."""
-        self._slides += way * METRES
-        self._slide_speeds[:] = way * (METRES / dt)
+        """Move the machine's joints by ``way`` (n,) where nothing can be touched; nothing else moves."""
+        self._axes += way * self.machine.scale
+        self._axis_speeds[:] = way * (self.machine.scale / dt)
         self.data.time += dt
 
     def integrate(self, dt: float, way: Array, *, closed: bool, longest: float) -> None:
-        """Let everything move for ``dt`` s, the machine by ``way`` mm, in steps of at most ``longest`` s."""
+        """Let everything move for ``dt`` s, the joints by ``way``, in steps of at most ``longest`` s."""
         steps = max(1, math.ceil(dt / longest - 1e-9))
         self.model.opt.timestep = dt / steps
-        self._slide_speeds[:] = way * (METRES / dt)
+        self._axis_speeds[:] = way * (self.machine.scale / dt)
         self.data.ctrl[:] = CLOSE_SPEED if closed else -OPEN_SPEED
         mujoco.mj_step(self.model, self.data, nstep=steps)
         if _complaints:
@@ -180,8 +188,9 @@ class Simulation:
         bodies, speeds = self._bodies.copy(), self._body_speeds.copy()
         self._load(self.scene.with_pieces([piece]))
         self._bodies[:n], self._body_speeds[:n] = bodies, speeds
-        self._slides[:], self._fingers[:] = before.qpos[7 * n : 7 * n + 3], before.qpos[7 * n + 3 :]
-        self._finger_speeds[:] = before.qvel[6 * n + 3 :]
+        k = len(self._axes)
+        self._axes[:], self._fingers[:] = before.qpos[7 * n : 7 * n + k], before.qpos[7 * n + k :]
+        self._finger_speeds[:] = before.qvel[6 * n + k :]
         self.data.time = time
         self.data.mocap_pos[:], self.data.mocap_quat[:] = before.mocap_pos, before.mocap_quat
         numbers, asleep = self.state()

@@ -3,7 +3,7 @@
 import base64
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -13,9 +13,8 @@ from kempelen.core.camera import Picture
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array, Transform
 from kempelen.twin.physics.bodies import quaternion
-from kempelen.twin.physics.clearance import Clearance
-from kempelen.twin.physics.gantry import Jaw
 from kempelen.twin.physics.person import DRAWER, DRAWER_PITCH, Person
+from kempelen.twin.physics.robot import Slack
 from kempelen.twin.physics.scene import Scene, StandingPiece
 from kempelen.twin.physics.simulation import Simulation
 from kempelen.twin.physics.truth import PieceTruth
@@ -24,10 +23,6 @@ from kempelen.twin.physics.view import draw
 TIME_STEP = 0.002
 CARRY_FACTOR = 2
 """While a piece is just carried, steps may be longer by this."""
-SPEED_LIMIT = 5000.0
-"""No machine moves faster than this, mm/s: a jump is an error of the caller's."""
-STANDSTILL = 1e-3
-"""A machine that is asked to go less than this (mm) in a step stands."""
 STILL_SECONDS = 0.3
 """After this long a motionless world is at rest until something is asked of it."""
 TOUCH_DOWN = 0.1
@@ -38,13 +33,15 @@ SNAPSHOT_VERSION = 2
 
 
 class World:
-    """Table, pieces, gantry, gripper and a person's hand.
+    """Table, pieces, robot and a person's hand.
+
+    A gantry's joints are its tool point's coordinates, mm; an arm's are angles, rad.
 
     Args:
         scene: What there is.
         seed: Of the person's clumsiness.
         time_step: Longest step of the physics while something may be touched, s.
-        tool: Where the machine stands at first, robot frame, mm; default the work space's corner, up.
+        joints: Where the machine stands at first; default where it starts.
     """
 
     def __init__(
@@ -53,16 +50,15 @@ class World:
         *,
         seed: int = 0,
         time_step: float = TIME_STEP,
-        tool: tuple[float, float, float] | None = None,
+        joints: Sequence[float] | None = None,
     ) -> None:
-        space = scene.table.space
         self._time_step = time_step
-        self._simulation = Simulation(scene, tool or (space.lower[0], space.lower[1], space.upper[2]))
+        self._simulation = Simulation(scene, None if joints is None else np.asarray(joints, dtype=np.float64))
         self.person = Person(self._simulation, seed=seed)
         self._closed, self._fingers_rest = True, False
         self._still = self._roam = 0.0
         self._noted = False
-        self._clearance = _clearance(scene)
+        self._clearance = self._make_clearance()
 
     @property
     def scene(self) -> Scene:
@@ -91,27 +87,33 @@ class World:
         return x, y, z
 
     @property
+    def joints(self) -> tuple[float, ...]:
+        """Where the machine's joints really are: mm or rad."""
+        return tuple(self._simulation.joints.tolist())
+
+    @property
     def gripper_closed(self) -> bool:
         """What the gripper was last told."""
         return self._closed
 
-    def step(self, dt: float, target_mm: tuple[float, float, float], gripper_closed: bool) -> None:  # noqa: FBT001
-        """Drive the tool point in a straight line to ``target_mm`` within ``dt`` seconds.
+    def step(self, dt: float, target: Sequence[float], gripper_closed: bool) -> None:  # noqa: FBT001
+        """Drive each joint steadily to ``target`` within ``dt`` seconds.
 
         Args:
             dt: Typically 0.008 s.
-            target_mm: Robot frame, mm.
+            target: One number a joint: a gantry's x, y, z, mm; an arm's angles, rad.
             gripper_closed: Whether the gripper is without power, so that its spring closes it.
 
         Raises:
             TwinError: the target is farther than any machine moves in ``dt``, or not a number.
         """
-        way = np.asarray(target_mm, dtype=np.float64) - self._simulation.tool
+        machine = self._simulation.machine
+        way = np.asarray(target, dtype=np.float64) - self._simulation.joints
         length = float(np.abs(way).max())
-        if not length <= SPEED_LIMIT * dt:
+        if not length <= machine.fastest * dt:
             raise TwinError(
-                f"The tool cannot go from {self.tool_mm} to {target_mm} mm within {dt} s; "
-                f"the limit is {SPEED_LIMIT:.0f} mm/s.",
+                f"The machine cannot go from {self.joints} to {tuple(target)} {machine.unit} within {dt} s; "
+                f"the limit is {machine.fastest:.0f} {machine.unit}/s.",
                 hint="Cut the motion into smaller steps.",
             )
         if gripper_closed != self._closed:
@@ -121,24 +123,25 @@ class World:
             self.person.advance(dt)
             self._simulation.show_hand(self.person.hand)
             self._forget()
-        if length > STANDSTILL:
+        if length > machine.standstill:
             self._still = 0.0
-        self._let_pass(dt, way, length)
+        self._let_pass(dt, way)
 
-    def _let_pass(self, dt: float, way: Array, length: float) -> None:
+    def _let_pass(self, dt: float, way: Array) -> None:
         if self._still >= STILL_SECONDS:
             self._simulation.data.time += dt
-        elif self._fingers_rest and self._simulation.pieces_asleep and self._clear(length * math.sqrt(3)):
+        elif self._fingers_rest and self._simulation.pieces_asleep and self._clear(way):
             self._simulation.glide(dt, way)
         else:
             self._integrate(dt, way)
 
-    def _clear(self, length: float) -> bool:
-        """Whether the hand can go ``length`` mm without a touch; uses up the slack."""
+    def _clear(self, way: Array) -> bool:
+        """Whether the joints can go that way without a touch; uses up the slack."""
+        length = self._simulation.machine.sweep(way)
         if self._roam < length:
             if not self._noted:
                 self._look_around()
-            self._roam = self._clearance.slack(self._simulation.tool, opened=not self._closed)
+            self._roam = self._clearance.slack(self._simulation.joints, opened=not self._closed)
         clear = self._roam >= length
         self._roam = self._roam - length if clear else 0.0
         return clear
@@ -146,9 +149,13 @@ class World:
     def _look_around(self) -> None:
         scene, simulation = self.scene, self._simulation
         if len(self._clearance) != len(scene.pieces):
-            self._clearance = _clearance(scene)
+            self._clearance = self._make_clearance()
         self._clearance.update(simulation.positions, simulation.axes)
         self._noted = True
+
+    def _make_clearance(self) -> Slack:
+        scene = self.scene
+        return self._simulation.machine.clearance([scene.shape(piece) for piece in scene.pieces])
 
     def _forget(self) -> None:
         """What was known of the pieces' rest no longer holds."""
@@ -302,10 +309,6 @@ class World:
         self._closed, self._fingers_rest = bool(state["closed"]), bool(state["fingers_rest"])
         self._still = float(state["still"])
         self.person.restore(state["person"])
-
-
-def _clearance(scene: Scene) -> Clearance:
-    return Clearance(Jaw.of(scene.table.gripper), [scene.shape(piece) for piece in scene.pieces])
 
 
 def _lean(angle: float) -> Array:
