@@ -1,15 +1,17 @@
 """GRBL 1.1's side of the wire: bytes in, events out. No I/O, no clock.
 
-Source: the GRBL 1.1 interface as documented with the firmware (``interface.md``) and as measured on it. There
-are no checksums, so a line that cannot be what the firmware sends becomes a `Damaged` event, never an
-exception and never a guess.
+Source: the GRBL 1.1 interface as documented with the firmware (``interface.md``) and as measured on it; what
+its relatives with more axes say besides, grblHAL and FluidNC, as documented with them. There are no
+checksums, so a line that cannot be what the firmware sends becomes a `Damaged` event, never an exception and
+never a guess.
 """
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-Xyz = tuple[float, float, float]
+Axes = tuple[float, ...]
+"""A number for each of the controller's axes, in its order: mm, degrees for an axis that turns."""
 
 # Real-time bytes: raw, uncounted, acted upon at once.
 ASK = b"?"
@@ -55,9 +57,9 @@ class Status:
     Attributes:
         state: One of `STATES`.
         sub: The number after the colon of ``Hold:0`` and ``Door:1``; None without one.
-        machine: MPos, mm; None when the report has WPos.
-        work: WPos, mm; None when the report has MPos.
-        offset: WCO, mm; only in some reports.
+        machine: MPos; None when the report has WPos.
+        work: WPos; None when the report has MPos.
+        offset: WCO; only in some reports.
         accessories: Letters of ``A:`` (``F`` flood on, ``S`` spindle on); ``""`` when ``Ov:`` came without
             ``A:``; None when the report does not tell.
         pins: Triggered inputs, ``"XY"``.
@@ -65,9 +67,9 @@ class Status:
 
     state: str
     sub: int | None = None
-    machine: Xyz | None = None
-    work: Xyz | None = None
-    offset: Xyz | None = None
+    machine: Axes | None = None
+    work: Axes | None = None
+    offset: Axes | None = None
     accessories: str | None = None
     pins: str = ""
 
@@ -91,10 +93,10 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Offset:
-    """A line of ``$#`` with three numbers: G54..G59, G28, G30, G92, PRB; mm."""
+    """A line of ``$#`` with a number for each axis: G54..G59, G28, G30, G92."""
 
     name: str
-    value: Xyz
+    value: Axes
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +108,7 @@ class ParserState:
 
 @dataclass(frozen=True, slots=True)
 class BuildInfo:
-    """``[VER:...]`` and ``[OPT:...]``."""
+    """``[VER:...]``, ``[OPT:...]`` and ``[AXS:...]``."""
 
     key: str
     text: str
@@ -130,11 +132,13 @@ class Damaged:
 Event = Ok | Error | Alarm | Banner | Status | Setting | Offset | ParserState | BuildInfo | Message | Damaged
 
 _OK = Ok()
-_BANNER = re.compile(r"Grbl(?:HAL)? (\d\S*) \['\$'[^\]]*\]$", re.IGNORECASE)
+_BANNER = re.compile(r"Grbl(?:HAL)? (\d\S*) \[(?:FluidNC [^\]']*)?'\$'[^\]]*\]$", re.IGNORECASE)
 _CODE = re.compile(r"(error|ALARM):(\d{1,3})")
 _SETTING = re.compile(r"\$(\d{1,3})=(-?\d+(?:\.\d+)?)(?: *\(.*\))?")
+_TEXT_SETTING = re.compile(r"\$(?:[4-9]\d|[3-9]\d\d)=.*")  # grblHAL's lists, addresses and passwords
 _NUMBER = re.compile(r"-?\d{1,7}(?:\.\d{1,4})?")
-_HEAD = re.compile(r"([A-Z][a-z]+)(?::(\d))?")
+_HEAD = re.compile(r"([A-Z][a-z]+)(?::(\d{1,2}))?")
+_FEWEST, _MOST = 3, 6  # axes
 _OFFSETS = frozenset({"G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92"})
 
 
@@ -142,16 +146,26 @@ class Decoder:
     """Cuts a byte stream into lines and lines into events.
 
     However the stream is cut into pieces, the events are the same.
+
+    Attributes:
+        axes: How many the controller has; a report of more or fewer is damaged. 0 while it is not known.
     """
 
     def __init__(self) -> None:
+        self.axes = 0
         self._tail = b""
 
     def feed(self, data: bytes) -> list[Event]:
         """Events of the lines that ``data`` completes."""
         *lines, tail = (self._tail + data).split(b"\n")
         self._tail = tail[: LONGEST_LINE + 2]  # what is longer is damaged anyway
-        return [event for line in lines for event in decode_line(line)]
+        return [self._counted(event, line) for line in lines for event in decode_line(line)]
+
+    def _counted(self, event: Event, line: bytes) -> Event:
+        place = (event.machine or event.work) if isinstance(event, Status) else None
+        if self.axes and place is not None and len(place) != self.axes:
+            return Damaged(line, f"a report of {len(place)} axes, there are {self.axes}")
+        return event
 
 
 def decode_line(line: bytes) -> tuple[Event, ...]:
@@ -174,13 +188,13 @@ def _decode_text(line: bytes) -> tuple[Event, ...]:
     if text[0] == "<" or text[0] == "[":
         decoded = (_status if text[0] == "<" else _bracket)(text)
         return (decoded,) if decoded is not None else (Damaged(line, "incomplete report"), *_banner(text))
-    if text[0] == ">":  # the echo of a start-up line, ">G54:ok"
-        return (Message(text),)
     if match := _CODE.fullmatch(text):
         code = int(match[2])
         return (Error(code) if match[1] == "error" else Alarm(code),)
     if match := _SETTING.fullmatch(text):
         return (Setting(int(match[1]), float(match[2])),)
+    if text[0] == ">" or _TEXT_SETTING.fullmatch(text):  # the first: the echo of a start-up line, ">G54:ok"
+        return (Message(text),)
     banner = _banner(text)
     if banner and _BANNER.match(text):
         return banner
@@ -192,11 +206,11 @@ def _banner(text: str) -> tuple[Banner, ...]:
     return (Banner(match[1]),) if match else ()
 
 
-def _xyz(text: str) -> Xyz | None:
+def _axes(text: str) -> Axes | None:
     parts = text.split(",")
-    if len(parts) != 3 or not all(map(_NUMBER.fullmatch, parts)):  # noqa: PLR2004 - x, y, z
+    if not _FEWEST <= len(parts) <= _MOST or not all(map(_NUMBER.fullmatch, parts)):
         return None
-    return float(parts[0]), float(parts[1]), float(parts[2])
+    return tuple(map(float, parts))
 
 
 def _status(text: str) -> Status | None:
@@ -207,7 +221,7 @@ def _status(text: str) -> Status | None:
     if match is None or match[1] not in STATES:
         return None
     named = dict(part.partition(":")[::2] for part in fields)
-    points = {key: _xyz(named[key]) for key in ("MPos", "WPos", "WCO") if key in named}
+    points = {key: _axes(named[key]) for key in ("MPos", "WPos", "WCO") if key in named}
     if None in points.values() or ("MPos" in points) == ("WPos" in points):
         return None
     return Status(
@@ -222,7 +236,7 @@ def _status(text: str) -> Status | None:
 
 
 def _offset(key: str, value: str) -> Event | None:
-    point = _xyz(value)
+    point = _axes(value)
     return None if point is None else Offset(key, point)
 
 
@@ -230,6 +244,7 @@ _BRACKETS: dict[str, Callable[[str], Event]] = {
     "GC": lambda value: ParserState(tuple(value.split())),
     "VER": lambda value: BuildInfo("VER", value),
     "OPT": lambda value: BuildInfo("OPT", value),
+    "AXS": lambda value: BuildInfo("AXS", value),
 }
 
 
@@ -250,26 +265,26 @@ class PositionTracker:
     """
 
     def __init__(self) -> None:
-        self.offset: Xyz | None = None
+        self.offset: Axes | None = None
 
-    def work(self, status: Status) -> Xyz | None:
-        """(x, y, z) mm in work coordinates; None while the offset is unknown."""
+    def work(self, status: Status) -> Axes | None:
+        """In work coordinates; None while the offset is unknown."""
         if status.offset is not None:
             self.offset = status.offset
         if status.work is not None or status.machine is None:
             return status.work
         return _minus(status.machine, self.offset)
 
-    def machine(self, status: Status) -> Xyz | None:
-        """(x, y, z) mm in machine coordinates; None while the offset is unknown."""
+    def machine(self, status: Status) -> Axes | None:
+        """In machine coordinates; None while the offset is unknown."""
         if status.offset is not None:
             self.offset = status.offset
         if status.machine is not None or status.work is None or self.offset is None:
             return status.machine
-        return _minus(status.work, (-self.offset[0], -self.offset[1], -self.offset[2]))
+        return _minus(status.work, tuple(-value for value in self.offset))
 
 
-def _minus(a: Xyz, b: Xyz | None) -> Xyz | None:
-    if b is None:
+def _minus(a: Axes, b: Axes | None) -> Axes | None:
+    if b is None or len(a) != len(b):
         return None
-    return round(a[0] - b[0], 3), round(a[1] - b[1], 3), round(a[2] - b[2], 3)
+    return tuple(round(one - other, 3) for one, other in zip(a, b, strict=True))

@@ -5,9 +5,10 @@ from collections.abc import AsyncIterator
 
 from kempelen.core.errors import LinkError
 from kempelen.core.protocols import GripperState, RobotPhase, RobotState
-from kempelen.robots.grbl.codec import Alarm, Banner, Event, Message, PositionTracker, Status
+from kempelen.robots.grbl.codec import Alarm, Axes, Banner, Event, Message, PositionTracker, Status
 from kempelen.robots.grbl.explain import LOSES_POSITION, NEEDS_RESET, alarm_text, state_text
 from kempelen.robots.grbl.gcode import GripperWiring
+from kempelen.robots.grbl.mechanics import Mechanics, Pose
 
 _PHASES = {
     "Run": RobotPhase.MOVING,
@@ -31,13 +32,16 @@ class Condition:
         banner_due: A restart has been announced (by an alarm) and its banner has not come yet.
         gripper: What the controller does with its outputs now.
         wanted: What the gripper was last told; differs from ``gripper`` after a reset.
+        position: Of the axes, work coordinates, as last reported; None while it is not known.
+        machine: The same in machine coordinates.
         activity: ``"run"``, ``"home"``, ``"jog"`` or empty.
         paused: Between `hold` and `resume`.
         keeps_position: The next banner is our own doing, at rest.
     """
 
-    def __init__(self, wiring: GripperWiring) -> None:
+    def __init__(self, wiring: GripperWiring, mechanics: Mechanics) -> None:
         self._wiring = wiring
+        self._mechanics = mechanics
         self._watchers: set[asyncio.Event] = set()
         self._tracker = PositionTracker()
         self.closed = False
@@ -51,8 +55,9 @@ class Condition:
         self.gripper = self.wanted = GripperState.UNKNOWN
         self.activity = ""
         self.status: Status | None = None
-        self.position: tuple[float, float, float] | None = None
-        self.machine: tuple[float, float, float] | None = None
+        self.position: Axes | None = None
+        self.machine: Axes | None = None
+        self._pose: Pose | None = None
         self._trouble = ""
         self._tracker = PositionTracker()
 
@@ -75,7 +80,11 @@ class Condition:
 
     def _report(self, status: Status) -> None:
         self.status = status
-        self.position = self._tracker.work(status)
+        before, self.position = self.position, self._tracker.work(status)
+        if self.position is None:
+            self._pose = None
+        elif self.position != before or self._pose is None:
+            self._pose = self._mechanics.pose(self.position)
         self.machine = self._tracker.machine(status)
 
     def _alarmed(self, code: int) -> None:
@@ -109,8 +118,8 @@ class Condition:
         self.silent = False
         self._trouble = ""
 
-    def know_offset(self, offset: tuple[float, float, float]) -> None:
-        """The work offset is this (mm): reports tell it only now and then."""
+    def know_offset(self, offset: Axes) -> None:
+        """The work offset is this: reports tell it only now and then."""
         self._tracker.offset = offset
 
     def told(self, gripper: GripperState) -> None:
@@ -152,13 +161,15 @@ class Condition:
     @property
     def state(self) -> RobotState:
         """The snapshot."""
+        pose = self._pose if self.homed else None
         return RobotState(
             phase=self.phase,
             homed=self.homed,
-            reported_position=self.position if self.homed else None,
+            reported_position=pose.tool if pose else None,
             gripper=self.gripper,
             memory_kept=self.memory_kept,
             message=self.message,
+            joints=pose.joints if pose else None,
         )
 
     def publish(self) -> None:

@@ -9,17 +9,19 @@ from dataclasses import dataclass
 
 from kempelen.core.errors import LinkError
 from kempelen.core.protocols import GripperState
-from kempelen.core.table import WorkSpace
 from kempelen.robots.grbl import codec
-from kempelen.robots.grbl.codec import BuildInfo, Event, Offset, ParserState, Setting, Status, Xyz
-from kempelen.robots.grbl.gcode import MEMORY_MARK, GripperWiring
+from kempelen.robots.grbl.codec import Axes, BuildInfo, Event, Offset, ParserState, Setting, Status
+from kempelen.robots.grbl.gcode import GripperWiring
 from kempelen.robots.grbl.link import WINDOW, Link, SilenceError
-from kempelen.robots.grbl.settings import check, require
+from kempelen.robots.grbl.mechanics import Mechanics
+from kempelen.robots.grbl.settings import Misfit, require
 from kempelen.robots.grbl.timing import Timing
 
 _ASKS = 3
 _REPORTS_PER_ACCESSORIES = 32  # a report tells the outputs at least every 30th time
 _RESERVE = 8  # bytes of the receive buffer left free
+_BUFFER_FIELD = 2  # of [OPT:letters,blocks,bytes,...]
+_FLUIDNC = "FluidNC"
 _NOT_A_LINE = b"=\n"  # no G-code and no $ command, whatever a dead sender left in front of it
 
 
@@ -33,7 +35,7 @@ class Greeting:
         reopen: The gripper was open until we had to reset the controller.
         settings: ``$$``.
         offsets: ``$#``.
-        work_offset: WCO: what to take from a machine position to get the reported work position, mm.
+        work_offset: WCO: what to take from a machine position to get the reported work position.
         window: Bytes that may be in flight.
     """
 
@@ -41,19 +43,19 @@ class Greeting:
     gripper: GripperState
     reopen: bool
     settings: dict[int, float]
-    offsets: dict[str, Xyz]
-    work_offset: Xyz
+    offsets: dict[str, Axes]
+    work_offset: Axes
     window: int
 
 
 async def greet(
-    link: Link, space: WorkSpace, wiring: GripperWiring, timing: Timing, *, apply_settings: bool
+    link: Link, mechanics: Mechanics, wiring: GripperWiring, timing: Timing, *, apply_settings: bool
 ) -> Greeting:
     """Find out everything about the controller at the other end.
 
     Args:
         link: Started.
-        space: What the settings must fit.
+        mechanics: What the settings must fit.
         wiring: Of the gripper.
         timing: Patience.
         apply_settings: Send the settings that do not fit instead of refusing them.
@@ -66,15 +68,17 @@ async def greet(
     if not await _restarted(link, timing):
         at_work, reopen = await _calm(link, wiring, timing)
     await _synchronise(link, timing)
-    window = _window(await link.request("$I"), link.transport.name)
+    build = await link.request("$I")
+    window = _window(build, link.transport.name)
+    _count_axes(link, build, mechanics)
     settings = await read_settings(link)
     if apply_settings:
-        settings = await _apply(link, settings, space)
-    require(settings, space, link.transport.name)
+        settings = await _apply(link, settings, mechanics)
+    require(_misfits(settings, build, mechanics), link.transport.name)
     offsets = await read_offsets(link)
     modal = _modal(await link.request("$G"))
     return Greeting(
-        memory_kept=at_work or (MEMORY_MARK in modal and not link.banners),
+        memory_kept=at_work or (mechanics.remembers(modal) and not link.banners),
         gripper=wiring.read(modal),
         reopen=reopen,
         settings=settings,
@@ -177,15 +181,43 @@ async def _synchronise(link: Link, timing: Timing) -> None:
 
 
 def _window(build: list[Event], where: str) -> int:
-    info = {event.key: event.text for event in build if isinstance(event, BuildInfo)}
+    info = _info(build)
     version = info.get("VER", "")
-    if not version.startswith("1.1"):
+    if not (version.startswith("1.1") or _FLUIDNC in version):
         raise LinkError(
             f"{where}: the firmware is GRBL {version or 'older than 1.1'}; 1.1 is needed.",
             hint="Flash GRBL 1.1h to the controller.",
         )
-    buffer = info.get("OPT", "").split(",")[-1]
+    fields = info.get("OPT", "").split(",")
+    buffer = fields[_BUFFER_FIELD] if len(fields) > _BUFFER_FIELD else ""
     return min(WINDOW, int(buffer) - _RESERVE) if buffer.isdigit() else WINDOW
+
+
+def _info(build: list[Event]) -> dict[str, str]:
+    return {event.key: event.text for event in build if isinstance(event, BuildInfo)}
+
+
+def _count_axes(link: Link, build: list[Event], mechanics: Mechanics) -> None:
+    """Have the decoder take reports of any other number of axes for damaged from now on."""
+    told = _info(build).get("AXS", "").partition(":")[2]
+    place = link.status and (link.status.machine or link.status.work)
+    found = len(place) if place else len(told)
+    wanted = len(mechanics.axes)
+    if found != wanted or (told and told[:wanted] != mechanics.axes):
+        raise LinkError(
+            f"{link.transport.name}: the controller has {found} axes{f' ({told})' if told else ''}, the "
+            f"{mechanics.name} needs {wanted} ({mechanics.axes}).",
+            hint="Choose another port, or firmware built for so many axes.",
+        )
+    link.expect_axes(wanted)
+
+
+def _misfits(settings: dict[int, float], build: list[Event], mechanics: Mechanics) -> list[Misfit]:
+    """What does not fit; FluidNC lists but a few settings, the others are in its own configuration file."""
+    misfits = mechanics.misfits(settings)
+    if _FLUIDNC in _info(build).get("VER", ""):
+        return [misfit for misfit in misfits if misfit.have is not None]
+    return misfits
 
 
 async def read_settings(link: Link) -> dict[int, float]:
@@ -193,29 +225,28 @@ async def read_settings(link: Link) -> dict[int, float]:
     return {event.number: event.value for event in await link.request("$$") if isinstance(event, Setting)}
 
 
-async def read_offsets(link: Link) -> dict[str, Xyz]:
+async def read_offsets(link: Link) -> dict[str, Axes]:
     """``$#``."""
     return {event.name: event.value for event in await link.request("$#") if isinstance(event, Offset)}
 
 
-def _work_offset(offsets: dict[str, Xyz], modal: tuple[str, ...], where: str) -> Xyz:
+def _work_offset(offsets: dict[str, Axes], modal: tuple[str, ...], where: str) -> Axes:
     """The active set (G54..G59) plus G92. Reports tell the sum only now and then."""
     active = next((word for word in modal if word in offsets and word != "G92"), "G54")
     if active not in offsets or "G92" not in offsets:
         raise LinkError(
             f"{where}: the answer to $# arrived damaged.", hint="Check the cable, then try again."
         )
-    (x, y, z), (dx, dy, dz) = offsets[active], offsets["G92"]
-    return (round(x + dx, 3), round(y + dy, 3), round(z + dz, 3))
+    return tuple(round(a + b, 3) for a, b in zip(offsets[active], offsets["G92"], strict=True))
 
 
 def _modal(events: list[Event]) -> tuple[str, ...]:
     return next((event.words for event in events if isinstance(event, ParserState)), ())
 
 
-async def _apply(link: Link, settings: dict[int, float], space: WorkSpace) -> dict[int, float]:
+async def _apply(link: Link, settings: dict[int, float], mechanics: Mechanics) -> dict[int, float]:
     """Send each misfit's line, alone; homing ($22) first because soft limits ($20) need it."""
-    misfits = [misfit for misfit in check(settings, space) if misfit.line]
+    misfits = [misfit for misfit in mechanics.misfits(settings) if misfit.line]
     for misfit in sorted(misfits, key=lambda misfit: misfit.number != 22):  # noqa: PLR2004 - $22
         await link.request(misfit.line)
     return await read_settings(link) if misfits else settings

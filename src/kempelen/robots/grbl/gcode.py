@@ -1,7 +1,7 @@
 """Lines for GRBL: numbers, paths, gripper commands.
 
-Every motion is ``G0``: each axis at its own limits, which is what the planner's asynchronous schedules
-assume.
+Every motion of a gantry is ``G0``: each axis at its own limits, which is what the planner's asynchronous
+schedules assume.
 """
 
 from collections.abc import Sequence
@@ -39,9 +39,9 @@ def number(value: float) -> str:
     return "0" if text == "-0" else text
 
 
-def words(axes: Sequence[float]) -> str:
-    """``X..Y..Z..`` for (x, y, z) mm."""
-    return "".join(f"{letter}{number(value)}" for letter, value in zip("XYZ", axes, strict=True))
+def words(axes: Sequence[float], letters: str = "XYZ") -> str:
+    """``X..Y..Z..`` for a number of each axis."""
+    return "".join(f"{letter}{number(value)}" for letter, value in zip(letters, axes, strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,13 +100,13 @@ class Program:
 
     Attributes:
         lines: Each with its newline; the last is a barrier.
-        end: (x, y, z) mm where the tool point is afterwards, robot frame.
+        end: Where the axes are afterwards, work coordinates.
         gripper: After how many acknowledged lines the gripper is in which state.
         longest_dwell: s; Idle with an acknowledgement owed is legal for so long.
     """
 
     lines: tuple[bytes, ...]
-    end: tuple[float, float, float]
+    end: tuple[float, ...]
     gripper: tuple[tuple[int, GripperState], ...] = ()
     longest_dwell: float = 0.0
 

@@ -7,19 +7,18 @@ the ``ok``, then a report that says Idle with every axis at the pull-off from an
 import asyncio
 from contextlib import suppress
 
-import numpy as np
-
 from kempelen.core.errors import AlarmError, LinkError, RobotError, SettingsError, StoppedError
 from kempelen.core.protocols import GripperState
-from kempelen.robots.grbl.connect import Greeting, at_rest, read_offsets
+from kempelen.robots.grbl.codec import Axes
+from kempelen.robots.grbl.connect import at_rest, read_offsets
 from kempelen.robots.grbl.gate import Gate
-from kempelen.robots.grbl.gcode import BARRIER, PREAMBLE, Program, words
+from kempelen.robots.grbl.gcode import words
 from kempelen.robots.grbl.link import RefusedError, SilenceError
 from kempelen.robots.grbl.running import carry_out
 from kempelen.robots.grbl.session import Session, apart, finish
 
-_PULL_OFF_TOLERANCE = 0.5  # mm
-_OFFSET_TOLERANCE = 0.0015  # mm; offsets are reported with three decimals
+_PULL_OFF_TOLERANCE = 0.5
+_OFFSET_TOLERANCE = 0.0015  # offsets are reported with three decimals
 
 
 class PausedError(RobotError):
@@ -52,10 +51,8 @@ async def _enter_space(session: Session, gate: Gate) -> None:
     here = session.condition.position
     if here is None:
         raise LinkError("The controller reports no position.", hint="Send $10=1.")
-    x, y, z = np.clip(here, session.space.lower, session.space.upper).tolist()
-    if apart(here, (x, y, z)) > 0.0:
-        line = f"{PREAMBLE}G0{words((x, y, z))}\n".encode()
-        await carry_out(session, Program((line, BARRIER), (x, y, z)), gate)
+    if (entry := session.mechanics.entry(here)) is not None:
+        await carry_out(session, entry, gate)
 
 
 async def seek(session: Session) -> None:
@@ -103,48 +100,51 @@ async def _prove(session: Session) -> None:
         raise AlarmError(f"Homing ended in the state {status.state}.", hint="Recover, then home again.")
     if condition.machine is None:
         raise LinkError("The controller reports no position.", hint="Send $10=1.")
-    check_pull_off(condition.machine, session.greeting)
-    await _set_work_offset(session)
+    check_pull_off(condition.machine, session)
+    await _set_work_offset(session, session.mechanics.offset(condition.machine, session.greeting.settings))
     await session.restore()
     await link.ask(session.timing.answer)
     condition.homed = True
     condition.clear()
 
 
-def check_pull_off(machine: tuple[float, float, float], greeting: Greeting) -> None:
+def check_pull_off(machine: Axes, session: Session) -> None:
     """Every axis must stand ``$27`` away from an end of its travel [-$130.., 0].
 
+    Where the controller does not list its travels (FluidNC) there is nothing to check.
+
     Args:
-        machine: (x, y, z) machine coordinates, mm.
-        greeting: With the settings.
+        machine: Machine coordinates.
+        session: With the settings.
 
     Raises:
         AlarmError: an axis stands elsewhere.
     """
-    allowed = greeting.settings.get(27, 1.0) + _PULL_OFF_TOLERANCE
+    settings, mechanics = session.greeting.settings, session.mechanics
+    allowed = settings.get(27, 1.0) + _PULL_OFF_TOLERANCE
     for axis, value in enumerate(machine):
-        distance = min(abs(value), abs(value + greeting.settings[130 + axis]))
+        travel = settings.get(130 + axis)
+        distance = 0.0 if travel is None else min(abs(value), abs(value + travel))
         if distance > allowed:
             raise AlarmError(
-                f"After homing, {'xyz'[axis]} is {distance:.3f} mm from the end of its travel, allowed "
-                f"{allowed:g} mm.",
-                hint="Check $27 and $130..$132, then home again.",
+                f"After homing, {mechanics.axis_names[axis]} is {distance:.3f} {mechanics.unit} from the end "
+                f"of its travel, allowed {allowed:g} {mechanics.unit}.",
+                hint=f"Check $27 and $130..${129 + len(machine)}, then home again.",
             )
 
 
-async def _set_work_offset(session: Session) -> None:
-    """G54 so that work positions are the robot frame's; written only when it differs (EEPROM)."""
-    link, offsets = session.link, session.greeting.offsets
-    x, y, z = session.space.robot_from_machine
-    wanted = (-x, -y, -z)
-    if apart(offsets.get("G92"), (0.0, 0.0, 0.0)) > _OFFSET_TOLERANCE:
+async def _set_work_offset(session: Session, wanted: Axes) -> None:
+    """G54 so that work positions are the driver's; written only when it differs (EEPROM)."""
+    link, offsets, mechanics = session.link, session.greeting.offsets, session.mechanics
+    if apart(offsets.get("G92"), (0.0,) * len(wanted)) > _OFFSET_TOLERANCE:
         await link.request("G92.1")
     if apart(offsets.get("G54"), wanted) > _OFFSET_TOLERANCE:
-        await link.request(f"G10L2P1{words(wanted)}")
+        await link.request(f"G10L2P1{words(wanted, mechanics.axes)}")
         offsets.update(await read_offsets(link))
     if apart(offsets.get("G54"), wanted) > _OFFSET_TOLERANCE:
         raise SettingsError(
-            f"The work offset G54 stays at {offsets.get('G54')} mm, wanted {wanted} mm.",
+            f"The work offset G54 stays at {offsets.get('G54')} {mechanics.unit}, wanted {wanted} "
+            f"{mechanics.unit}.",
             hint="Home again; if it stays so, the controller's memory is worn out.",
         )
     session.condition.know_offset(wanted)

@@ -6,6 +6,8 @@ it says Jog.
 """
 
 import asyncio
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -20,22 +22,59 @@ from kempelen.robots.grbl.timing import Timing
 _SHORTEST = 0.01  # mm; what is left at the edge of the work space is not worth a command
 
 
+class JogWay(Protocol):
+    """Where a jog goes, one short command after the other."""
+
+    fastest: float
+
+    def go_on(self, velocity: Array, seconds: float) -> tuple[str, float]:
+        """The next command (``$J=...``, empty when nothing moves by a step) and how long it takes, s.
+
+        Args:
+            velocity: (3,) mm/s wanted of the tool point.
+            seconds: Wanted length.
+
+        Returns:
+            0 seconds at the edge of what the machine reaches.
+        """
+        ...
+
+
+class StraightWay:
+    """A jog of straight axes, within the work space.
+
+    Args:
+        start: (x, y, z) mm where the tool point is, robot frame.
+        space: Jogs end at its faces.
+    """
+
+    def __init__(self, start: Sequence[float], space: WorkSpace) -> None:
+        self.fastest = float(min(space.velocity))
+        self._target: Array = np.array(start)
+        self._space = space
+
+    def go_on(self, velocity: Array, seconds: float) -> tuple[str, float]:
+        """The next command and how long it takes, s; 0 s at the edge."""
+        target = np.clip(self._target + velocity * seconds, self._space.lower, self._space.upper)
+        length, speed = float(np.linalg.norm(target - self._target)), float(np.linalg.norm(velocity))
+        if length < _SHORTEST:
+            return "", 0.0
+        self._target = target
+        return f"$J=G21G90{words(target.tolist())}F{number(60.0 * speed)}", length / speed
+
+
 class Jogger:
     """One stretch of jogging, from the first keep-alive to rest.
 
     Args:
         link: Free of streams.
-        start: (x, y, z) mm where the tool point is, robot frame.
-        space: Jogs end at its faces.
+        way: Makes the lines.
         timing: Patience.
     """
 
-    def __init__(
-        self, link: Link, start: tuple[float, float, float], space: WorkSpace, timing: Timing
-    ) -> None:
+    def __init__(self, link: Link, way: JogWay, timing: Timing) -> None:
         self._link = link
-        self._target: Array = np.array(start)
-        self._space = space
+        self._way = way
         self._timing = timing
         self._velocity: Array = np.zeros(3)
         self._deadline = 0.0
@@ -55,8 +94,7 @@ class Jogger:
             raise MotionError(
                 f"Cannot jog along {direction} at {speed} mm/s.", hint="Give a direction and a speed above 0."
             )
-        fastest = float(min(self._space.velocity))
-        self._velocity = vector / length * min(speed, fastest)
+        self._velocity = vector / length * min(speed, self._way.fastest)
         self._deadline = asyncio.get_running_loop().time() + self._timing.keep_alive
         self._news.set()
 
@@ -102,16 +140,13 @@ class Jogger:
 
     async def _segment(self) -> bool:
         """Queue one short command; False at the edge of the work space."""
-        wanted = self._target + self._velocity * self._timing.jog_segment
-        target = np.clip(wanted, self._space.lower, self._space.upper)
-        length = float(np.linalg.norm(target - self._target))
-        if length < _SHORTEST:
+        line, seconds = self._way.go_on(self._velocity, self._timing.jog_segment)
+        if not seconds:
             return False
-        speed = float(np.linalg.norm(self._velocity))
-        self._target = target
         now = asyncio.get_running_loop().time()
-        self._queued_until = max(now, self._queued_until) + length / speed
-        await self._link.request(f"$J=G21G90{words(target.tolist())}F{number(60.0 * speed)}")
+        self._queued_until = max(now, self._queued_until) + seconds
+        if line:
+            await self._link.request(line)
         return True
 
     async def _come_to_rest(self) -> None:

@@ -142,6 +142,10 @@ class Link:
         self.asked = 0.0
         self.raw_heard = b""
 
+    def expect_axes(self, count: int) -> None:
+        """From now on a report of another number of axes is damaged."""
+        self._decoder.axes = count
+
     # --- life -----------------------------------------------------------------------------------------------
 
     def start(self) -> None:

@@ -4,14 +4,13 @@ import asyncio
 from contextlib import suppress
 
 from kempelen.core.errors import AlarmError, LinkError, RobotError, StoppedError
-from kempelen.robots.grbl.codec import Status
+from kempelen.robots.grbl.codec import Axes, Status
 from kempelen.robots.grbl.connect import at_rest
 from kempelen.robots.grbl.gate import Gate
 from kempelen.robots.grbl.gcode import Program
 from kempelen.robots.grbl.link import RefusedError, Stream
 from kempelen.robots.grbl.session import Session, apart, finish
 
-_ARRIVED = 0.06  # mm between target and report: a coarse step and its rounding
 _ASKS = 5
 _LOCKED = frozenset({8, 9})  # error codes that speak of the controller's state, not of the line
 _HELD = frozenset({"Hold", "Door"})
@@ -48,18 +47,20 @@ async def carry_out(session: Session, program: Program, gate: Gate) -> None:
         session.work = None
 
 
-async def _arrive(session: Session, target: tuple[float, float, float], gate: Gate) -> None:
+async def _arrive(session: Session, target: Axes, gate: Gate) -> None:
     """The barrier's second half: Idle, and at the target. "ok, then Idle" alone can lie."""
+    mechanics = session.mechanics
     for _ in range(_ASKS):
         status = await _settled(session, gate)
         if status.state == "Alarm":
-            raise AlarmError("The gantry locked itself.", hint="Recover, then home.")
-        if apart(session.condition.position, target) <= _ARRIVED:
+            raise AlarmError(f"The {mechanics.name} locked itself.", hint="Recover, then home.")
+        if apart(session.condition.position, target) <= mechanics.arrived:
             return
         await asyncio.sleep(session.timing.poll)
     raise LinkError(
-        f"The gantry came to rest {apart(session.condition.position, target):.3f} mm from its target, "
-        f"allowed {_ARRIVED} mm: a line was lost on the way.",
+        f"The {mechanics.name} came to rest {apart(session.condition.position, target):.3f} "
+        f"{mechanics.unit} from its target, allowed {mechanics.arrived:g} {mechanics.unit}: a line was lost "
+        "on the way.",
         hint="Check the cable, then home.",
     )
 

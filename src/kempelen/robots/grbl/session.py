@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from kempelen.core.protocols import GripperState
-from kempelen.core.table import WorkSpace
 from kempelen.robots.grbl import codec
 from kempelen.robots.grbl.condition import Condition
 from kempelen.robots.grbl.connect import Greeting, at_rest
-from kempelen.robots.grbl.gcode import MEMORY_MARK, PREAMBLE, GripperWiring, Program
+from kempelen.robots.grbl.gcode import MEMORY_MARK, GripperWiring, Program
 from kempelen.robots.grbl.link import Link, SilenceError, Stream
+from kempelen.robots.grbl.mechanics import Mechanics
 from kempelen.robots.grbl.timing import Timing
 
 _RESETS = 4
@@ -33,7 +33,7 @@ class Session:
     link: Link
     condition: Condition
     greeting: Greeting
-    space: WorkSpace
+    mechanics: Mechanics
     wiring: GripperWiring
     timing: Timing
     work: tuple[Program, Stream] | None = None
@@ -113,7 +113,7 @@ class Session:
         status = await self.link.ask(self.timing.answer)
         if status.state != "Idle":
             return
-        await self.link.request(PREAMBLE + MEMORY_MARK)
+        await self.link.request(self.mechanics.preamble + MEMORY_MARK)
         wanted = self.condition.wanted
         if wanted not in {self.condition.gripper, GripperState.UNKNOWN}:
             await self.link.request(self.wiring.line(wanted))
@@ -144,8 +144,10 @@ class Session:
 
 
 def apart(a: Sequence[float] | None, b: Sequence[float]) -> float:
-    """Largest distance along an axis, mm; infinite when one of the points is unknown."""
-    return float("inf") if a is None else float(np.abs(np.subtract(a, b)).max())
+    """Largest distance along an axis; infinite when one of the points is unknown."""
+    if a is None or len(a) != len(b):
+        return float("inf")
+    return float(np.abs(np.subtract(a, b)).max())
 
 
 async def finish(work: Coroutine[Any, Any, None]) -> None:

@@ -46,13 +46,13 @@ def check(settings: Mapping[int, float], space: WorkSpace) -> list[Misfit]:
     return [*_modes(settings), *_rates(settings, space), *_steps(settings, space)]
 
 
-def require(settings: Mapping[int, float], space: WorkSpace, where: str) -> None:
+def require(misfits: Sequence[Misfit], where: str) -> None:
     """Refuse a controller whose settings do not fit.
 
     Raises:
         SettingsError: with each misfit and the line that mends it.
     """
-    if misfits := check(settings, space):
+    if misfits:
         raise SettingsError(
             f"{where}: {len(misfits)} of the controller's settings do not fit this table: "
             + "; ".join(map(str, misfits))
