@@ -25,6 +25,7 @@ from kempelen.core.geometry import Transform
 from kempelen.core.table import DEFAULT_TRAYS, Gripper, Table, Tray, WorkSpace
 from kempelen.motion.scene import Clearances
 from kempelen.twin.cameras.settings import CameraSpec
+from kempelen.twin.physics.flaws import ArmFlaws
 
 PROGRAM = "kempelen"
 DATA_DIR_VARIABLE = "KEMPELEN_DATA_DIR"
@@ -139,6 +140,7 @@ class TwinConfig(Section):
         control: Control socket of a twin that was started separately and answers at the robot's port, so that
             reports have its ground truth; empty for none.
         camera: Over it, when it is looked at.
+        flaws: Of a simulated arm: how it differs from its parameter file, and how much it drifts.
     """
 
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
@@ -147,6 +149,7 @@ class TwinConfig(Section):
     baud: Annotated[int, Field(ge=0, le=10_000_000)] = 0
     control: Annotated[str, Field(max_length=200)] = ""
     camera: CameraSpec = Field(default_factory=CameraSpec)
+    flaws: ArmFlaws = Field(default_factory=ArmFlaws)
 
 
 class PlayConfig(Section):

@@ -8,19 +8,20 @@ from inspect import cleandoc
 
 from pydantic import BaseModel
 
-from kempelen.app.config import Config
+from kempelen.app.config import Config, RobotConfig
 
 _WIDTH = 100
 _ATTRIBUTE = re.compile(r"^    (\w+): (.*)$")
 
 
-def example_toml() -> str:
-    """A file that says what the defaults say."""
+def example_toml(kind: str | None = None) -> str:
+    """A file that says what the defaults say, for a kind of robot; None: the usual one."""
+    config = Config() if kind is None else Config(robot=RobotConfig(kind=kind))
     head = [
         "# Kempelen's configuration: every key with its default. Keep the lines that you change.",
         "# Lengths are millimetres, angles radians unless the key says degrees, times seconds.",
     ]
-    return "\n".join([*head, *_section(Config(), "", set())]) + "\n"
+    return "\n".join([*head, *_section(config, "", set())]) + "\n"
 
 
 def attribute_docs(model: type[BaseModel]) -> dict[str, str]:

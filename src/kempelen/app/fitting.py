@@ -1,5 +1,7 @@
 """What of a configured table does not fit: sizes, gaps, and the reach of the robot that is configured."""
 
+from kempelen.app.arm_reach import reach_findings
+from kempelen.app.arm_setup import arm_setup
 from kempelen.app.config import Config
 from kempelen.core.fit import Finding, check_fit, refuse
 from kempelen.core.table import Table
@@ -16,7 +18,9 @@ def misfits(config: Config, table: Table) -> list[Finding]:
         ConfigError: the robot's options are wrong.
     """
     clearance = config.planner.clearances.vertical
-    return check_fit(table, clearance)
+    setup = arm_setup(config)
+    reach = [] if setup is None else reach_findings(setup.arm, table, clearance)
+    return [*check_fit(table, clearance), *reach]
 
 
 def require_table(config: Config, table: Table) -> None:

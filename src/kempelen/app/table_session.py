@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Self
 
+from kempelen.app.arm_setup import arm_spec
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.config import Config
 from kempelen.app.fitting import require_table
@@ -153,6 +154,7 @@ class TableSession:
             state=str(self._state),
             resume=self._resume,
             cameras=self._cameras,
+            arm=arm_spec(self._config),
         )
         self.twin = await self._stack.enter_async_context(TwinProcess(spec))
         self.control = self.twin.control

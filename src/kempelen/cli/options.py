@@ -45,7 +45,10 @@ DataDirOption = Annotated[
 RobotOption = Annotated[
     str | None,
     typer.Option(
-        "--robot", help="Kind of robot: the driver's name.", show_default="gantry", rich_help_panel=_ROBOT
+        "--robot",
+        help="Kind of robot: gantry, arm, or the name of another driver.",
+        show_default="gantry",
+        rich_help_panel=_ROBOT,
     ),
 ]
 PortOption = Annotated[

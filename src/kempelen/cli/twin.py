@@ -1,11 +1,11 @@
-"""`kempelen twin`: the simulated robot on its own, for any program that speaks GRBL."""
+"""`kempelen twin`: the simulated robot on its own, for any program that speaks its language."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from kempelen.cli.options import ConfigOption, FenOption
+from kempelen.cli.options import ConfigOption, FenOption, RobotOption
 
 
 def twin(
@@ -25,18 +25,20 @@ def twin(
     control: Annotated[
         Path | None, typer.Option(help="Side door for reports and tests: path of a Unix socket.")
     ] = None,
+    robot: RobotOption = None,
     config: ConfigOption = None,
 ) -> None:
-    """Run the physics twin: a virtual GRBL controller, a gantry and all the pieces.
+    """Run the physics twin: a virtual controller, the robot and all the pieces.
 
     Examples:
 
         kempelen twin --link /tmp/gantry      then: kempelen play --port /tmp/gantry
         kempelen twin --wire tcp:2300 --speed max
+        kempelen twin --robot arm --link /tmp/arm          then: kempelen play --robot arm --port /tmp/arm
     """
     from kempelen.cli.twin_run import run_twin
 
     run_twin(
-        config, fen, speed, control, wire=wire, link=str(link or ""), seed=seed, state=str(state or ""),
-        resume=keep,
+        config, robot, fen, speed, control, wire=wire, link=str(link or ""), seed=seed,
+        state=str(state or ""), resume=keep,
     )  # fmt: skip

@@ -7,6 +7,7 @@ import chess
 import typer
 from pydantic import ValidationError
 
+from kempelen.app.arm_setup import arm_spec
 from kempelen.app.config import load_config
 from kempelen.app.speed import parse_speed
 from kempelen.core.errors import ConfigError
@@ -17,9 +18,14 @@ from kempelen.twin.spec import TwinSpec
 
 
 def run_twin(
-    config: Path | None, fen: str | None, speed: str, control: Path | None, **options: object
+    config: Path | None,
+    robot: str | None,
+    fen: str | None,
+    speed: str,
+    control: Path | None,
+    **options: object,
 ) -> None:
-    """Until Ctrl-C; ``options`` are further fields of the spec.
+    """Until Ctrl-C; ``robot`` is its kind, ``options`` are further fields of the spec.
 
     Raises:
         ConfigError: an option is out of range.
@@ -27,7 +33,8 @@ def run_twin(
     """
     if options.get("resume") and not options.get("state"):
         raise ConfigError("--keep goes on from a table that was kept.", hint="Name its file: --state FILE")
-    table = load_config(config).build_table()
+    settings = load_config(config, {"robot.kind": robot})
+    table = settings.build_table()
     layout = start_layout(table, parse_fen(fen) if fen is not None else chess.Board())
     with tempfile.TemporaryDirectory(prefix="kempelen-") as folder:
         try:
@@ -36,6 +43,8 @@ def run_twin(
                 layout,
                 control=control or Path(folder) / "control",
                 speed=parse_speed(speed),
+                scatter=settings.twin.scatter,
+                arm=arm_spec(settings),
                 **options,
             )
         except ValidationError as error:

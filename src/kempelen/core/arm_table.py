@@ -26,6 +26,7 @@ ARM_TRAYS = (
 )
 ARM_GRIPPER = Gripper(
     tangential=True,
+    plumb=True,
     opening=23.9,
     finger_thickness=5.8,
     finger_width=10.0,
@@ -35,8 +36,8 @@ ARM_GRIPPER = Gripper(
 )
 """Fingers that pass between neighbours on 35 mm squares at any turn of the base."""
 ARM_SPACE = WorkSpace(
-    lower=(-430.0, -430.0, 60.0),
-    upper=(430.0, 430.0, 420.0),
+    lower=(-600.0, -600.0, 60.0),
+    upper=(600.0, 600.0, 420.0),
     velocity=(200.0, 200.0, 200.0),
     acceleration=(800.0, 800.0, 800.0),
 )

@@ -52,8 +52,8 @@ def test_it_is_stronger_than_the_file_and_weaker_than_the_command_line(tmp_path:
         ("[table]\nboard = [1, 2, 3]\n", "'table' holds what does not belong there"),
         ("table = 5\n", "'table' holds what does not belong there"),
         ("[table\n", "is damaged"),
-        ("[table]\nsquare = 500\n", f"{'table.toml'}:2: 'table.square'"),
-        ("[pieces]\npreset = 'huge'\n", f"{'table.toml'}:2: 'pieces.preset'"),
+        ("[table]\nsquare = 500\n", "table.toml:2: 'table.square'"),
+        ("[pieces]\npreset = 'huge'\n", "table.toml:2: 'pieces.preset'"),
     ],
 )
 def test_a_damaged_file_is_refused_by_name_and_line(tmp_path: Path, text: str, said: str) -> None:
