@@ -73,6 +73,8 @@ class Gripper(BaseModel):
             the direction across the arm where they are ``tangential``.
         tangential: Whether the gripper turns with an arm's base, closing across the vertical plane through
             the base's axis (the robot's z axis) and the tool point; else it does not turn.
+        plumb: Whether the pads hang on pivots along the closing axis, so that they and what they hold stay
+            plumb when the gripper tilts. Rigid pads lean a piece over to their own tilt.
         opening: Diameter of the round passage between the open pads.
         finger_thickness: From that passage to the outside of a finger, along the closing axis.
         finger_width: Of a finger, across the closing axis.
@@ -88,6 +90,7 @@ class Gripper(BaseModel):
 
     closing_axis: float = 0.0
     tangential: bool = False
+    plumb: bool = False
     opening: Annotated[float, Field(gt=5, le=120)] = 31.0
     finger_thickness: Annotated[float, Field(gt=0.5, le=30)] = 8.4
     finger_width: Annotated[float, Field(gt=2, le=60)] = 20.0

@@ -51,6 +51,8 @@ class ArmBody:
         self.joints = standing.arm.joint_names
         self._arm, self._base = standing.arm, standing.robot_from_base
         self._jaw = Jaw.of(gripper.model_copy(update={"closing_axis": gripper.closing_axis + math.pi / 2}))
+        self._plumb = gripper.plumb
+        self._hand_from_tool = _HAND_FROM_TOOL @ Transform.about_z(self._jaw.angle).rotation
         self._levers = _levers(self._arm, self._jaw)
 
     @property
@@ -66,6 +68,14 @@ class ArmBody:
     def tool(self, joints: Array) -> Array:
         """(3,) mm: the tool point, robot frame."""
         return self._base @ forward(self._arm, joints)[:3, 3]
+
+    def pads(self, joints: Array) -> float:
+        """rad: how far the pads hang from the fingers' line."""
+        if not self._plumb:
+            return 0.0
+        tool = self._base.rotation @ forward(self._arm, joints)[:3, :3]
+        _, across, along = (tool @ self._hand_from_tool).T @ np.array([0.0, 0.0, 1.0])
+        return math.atan2(-across, along)
 
     def sweep(self, way: Array) -> float:
         """mm: what no point of the arm goes farther than when its joints go by ``way``."""
@@ -90,7 +100,7 @@ class ArmBody:
         hand = Transform(after[-1].rotation @ _HAND_FROM_TOOL, after[-1].translation)
         bodies[-1].add_site(name=TOOL, pos=after[-1].translation * METRES, quat=quaternion(after[-1]))
         wrist = bodies[-1].add_body(name="wrist", pos=hand.translation * METRES, quat=quaternion(hand))
-        add_gripper(spec, wrist, self._jaw)
+        add_gripper(spec, wrist, self._jaw, plumb=self._plumb)
 
     def _add_capsules(self, bodies: Sequence[Any], after: Sequence[Transform]) -> None:
         for body in self._arm.bodies:

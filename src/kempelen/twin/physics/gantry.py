@@ -55,6 +55,11 @@ class Gantry:
         """(3,) mm: the tool point, robot frame."""
         return joints
 
+    def pads(self, joints: Array) -> float:
+        """rad: they are rigid."""
+        del joints
+        return 0.0
+
     def sweep(self, way: Array) -> float:
         """mm: what no point of the machine goes farther than when its joints go by ``way``."""
         return float(np.abs(way).max()) * math.sqrt(3)

@@ -4,6 +4,9 @@ The fingers are driven by a spring of limited force and coupled to each other, a
 stay symmetric about the tool point. Each pad is a V notch of ±45°, which pulls a round stem to the tool
 point because the friction coefficient is below tan 45°: at 1.2 the notch would hold it where it first
 touches. Opposite blades are interleaved like combs, so that they may pass each other on a thin stem.
+
+The pads of a hand that tilts hang on pivots along the closing axis, their weight below: they are plumb
+whatever the tilt, and so is the piece between them. Rigid notches would lean a stem over to their own tilt.
 """
 
 import math
@@ -19,6 +22,8 @@ from kempelen.twin.physics.bodies import Touch
 from kempelen.twin.physics.units import METRES
 
 FINGERS = ("left", "right")
+PIVOTS = ("left_pivot", "right_pivot")
+"""Joints of pads that hang: 0 in line with the finger."""
 FINGER_MASS = 0.15
 """kg"""
 FINGER_GAIN = 400.0
@@ -38,6 +43,16 @@ PALM_HEIGHT = 30.0
 SHANK_GAP = 0.7
 """From the open notch's apex back to the shank, mm: room for the head above the grip."""
 THINNEST_SHANK = 1.0
+PAD_MASS = 0.006
+"""Of a pad that hangs, kg."""
+PAD_WEIGHT_BELOW = 2.5
+"""From the pivot down to its centre of mass, mm."""
+PIVOT_DAMPING = 4e-5
+"""Of the pivot's grease, N m s/rad: a hanging pawn comes to rest within two swings."""
+PIVOT_INERTIA = 1e-6
+"""Of a pad about its pivot, kg m²."""
+PIVOT_STOP = 60.0
+"""A pad turns as far, degrees, as MjSpec wants them."""
 TRUNCATION = 2.0
 """The blades begin this far from the notch's centre line, mm."""
 
@@ -115,13 +130,14 @@ def _apex(radius: float, half_width: float) -> float:
     return half_width + math.sqrt(radius**2 - half_width**2)
 
 
-def add_gripper(spec: Any, parent: Any, jaw: Jaw) -> None:
+def add_gripper(spec: Any, parent: Any, jaw: Jaw, *, plumb: bool = False) -> None:
     """Palm and fingers.
 
     Args:
         spec: MjSpec to add to.
         parent: Body whose frame has the tool point for its origin and z towards the palm.
         jaw: Sizes.
+        plumb: Whether the pads hang on pivots.
     """
     hand = parent.add_body(name="hand", quat=(math.cos(jaw.angle / 2), 0, 0, math.sin(jaw.angle / 2)))
     hand.add_geom(
@@ -130,7 +146,8 @@ def add_gripper(spec: Any, parent: Any, jaw: Jaw) -> None:
         pos=np.array([0, 0, jaw.length + PALM_HEIGHT / 2]) * METRES, **_metal(),
     )  # fmt: skip
     for name, side in zip(FINGERS, (-1, 1), strict=True):
-        _add_finger(spec, hand, name, side, jaw)
+        finger = _add_finger(spec, hand, name, side, jaw)
+        _add_notch(_hung(finger, name) if plumb else finger, side, jaw)
     spec.add_equality(
         name="rack", type=mujoco.mjtEq.mjEQ_JOINT, name1="left", name2="right",
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
@@ -156,7 +173,7 @@ def _metal() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _add_finger(spec: Any, hand: Any, name: str, side: int, jaw: Jaw) -> None:
+def _add_finger(spec: Any, hand: Any, name: str, side: int, jaw: Jaw) -> Any:
     """A finger on the -x (side -1) or +x side of the hand; its joint is 0 when open and grows in closing."""
     finger = hand.add_body(name=name, gravcomp=1.0)
     finger.explicitinertial = True
@@ -167,8 +184,6 @@ def _add_finger(spec: Any, hand: Any, name: str, side: int, jaw: Jaw) -> None:
         range=(0.0, jaw.stroke * METRES), solref_limit=(0.004, 1.0),
     )  # fmt: skip
     _servo(spec, name, FINGER_GAIN, GRIP_FORCE)
-    for across in (-1, 1):
-        _add_blade(finger, side, across, jaw)
     inner = jaw.apex_open + SHANK_GAP
     middle, half = (inner + jaw.outside_open) / 2, (jaw.outside_open - inner) / 2
     finger.add_geom(
@@ -176,6 +191,27 @@ def _add_finger(spec: Any, hand: Any, name: str, side: int, jaw: Jaw) -> None:
         pos=np.array([side * middle, 0, (jaw.length - jaw.below) / 2]) * METRES,
         size=np.array([half, 5.0, (jaw.length + jaw.below) / 2]) * METRES, **_metal(),
     )  # fmt: skip
+
+    return finger
+
+
+def _hung(finger: Any, name: str) -> Any:
+    """A body for the pad that turns about the closing axis at the tool point's height."""
+    pad = finger.add_body(name=f"{name}_pad")
+    pad.explicitinertial = True
+    pad.mass = PAD_MASS
+    pad.ipos = (0.0, 0.0, -PAD_WEIGHT_BELOW * METRES)
+    pad.inertia = (1e-7, 1e-7, 1e-7)
+    pad.add_joint(
+        name=f"{name}_pivot", type=mujoco.mjtJoint.mjJNT_HINGE, axis=(1, 0, 0), damping=PIVOT_DAMPING,
+        armature=PIVOT_INERTIA, limited=True, range=(-PIVOT_STOP, PIVOT_STOP),
+    )  # fmt: skip
+    return pad
+
+
+def _add_notch(pad: Any, side: int, jaw: Jaw) -> None:
+    for across in (-1, 1):
+        _add_blade(pad, side, across, jaw)
 
 
 def _add_blade(finger: Any, side: int, across: int, jaw: Jaw) -> None:

@@ -55,6 +55,10 @@ class Machine(Protocol):
         """(3,) tool point, robot frame, mm."""
         ...
 
+    def pads(self, joints: Array) -> float:
+        """How far pads that hang on pivots turn from the fingers' line, rad."""
+        ...
+
     def sweep(self, way: Array) -> float:
         """What no point of the machine goes farther than when its joints go by ``way`` (n,), mm."""
         ...

@@ -10,7 +10,7 @@ import numpy as np
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array
 from kempelen.twin.physics.bodies import quaternion
-from kempelen.twin.physics.gripper import CLOSE_SPEED, FINGERS, OPEN_SPEED, Jaw
+from kempelen.twin.physics.gripper import CLOSE_SPEED, FINGERS, OPEN_SPEED, PIVOTS, Jaw
 from kempelen.twin.physics.hand import hand_pose
 from kempelen.twin.physics.model import build_model
 from kempelen.twin.physics.robot import machine_of
@@ -40,7 +40,7 @@ class Simulation:
         self.machine = machine_of(scene)
         self._load(scene)
         self.joints = self.machine.start if joints is None else joints
-        self._fingers[:] = Jaw.of(scene.table.gripper).stroke * METRES
+        self._hand[self._fingers] = Jaw.of(scene.table.gripper).stroke * METRES
         self._settle()
 
     def _load(self, scene: Scene) -> None:
@@ -51,11 +51,17 @@ class Simulation:
         model, data, n = self.model, self.data, len(scene.pieces)
         self._bodies, self._body_speeds = data.qpos[: 7 * n].reshape(n, 7), data.qvel[: 6 * n].reshape(n, 6)
         k = len(self.machine.joints)
-        self._axes, self._fingers = data.qpos[7 * n : 7 * n + k], data.qpos[7 * n + k :]
-        self._axis_speeds, self._finger_speeds = data.qvel[6 * n : 6 * n + k], data.qvel[6 * n + k :]
+        self._axes, self._hand = data.qpos[7 * n : 7 * n + k], data.qpos[7 * n + k :]
+        self._axis_speeds, self._hand_speeds = data.qvel[6 * n : 6 * n + k], data.qvel[6 * n + k :]
+        names = [model.joint(i).name for i in range(n + k, model.njnt)]
+        self._fingers = [names.index(name) for name in FINGERS]
+        self._pivots = [names.index(name) for name in PIVOTS if name in names]
         self._piece_of = {int(model.body(piece.piece_id).id): i for i, piece in enumerate(scene.pieces)}
         self._body_of = {i: body for body, i in self._piece_of.items()}
-        self._finger_bodies = {int(model.body(name).id) for name in FINGERS}
+        self._finger_of = {
+            body: name for body in range(model.nbody) for name in FINGERS
+            if model.body(body).name in {name, f"{name}_pad"}
+        }  # fmt: skip
 
     def _settle(self) -> None:
         """Let the pieces come to rest before the clock starts."""
@@ -89,12 +95,14 @@ class Simulation:
     @property
     def fingers_at_rest(self) -> bool:
         """Whether the fingers stand still."""
-        return bool(np.abs(self._finger_speeds).max() < STILL_SPEED)
+        return bool(np.abs(self._hand_speeds[self._fingers]).max() < STILL_SPEED)
 
     def glide(self, dt: float, way: Array) -> None:
         """Move the machine's joints by ``way`` (n,) where nothing can be touched; nothing else moves."""
         self._axes += way * self.machine.scale
         self._axis_speeds[:] = way * (self.machine.scale / dt)
+        if self._pivots:
+            self._hand[self._pivots], self._hand_speeds[self._pivots] = self.machine.pads(self.joints), 0.0
         self.data.time += dt
 
     def integrate(self, dt: float, way: Array, *, closed: bool, longest: float) -> None:
@@ -162,12 +170,12 @@ class Simulation:
         """The piece that both fingers touch, if any."""
         if self.pieces_asleep:
             return None
-        touching: dict[int, set[int]] = {}
+        touching: dict[int, set[str]] = {}
         for pair in self.data.contact.geom:
             low, high = sorted(int(self.model.geom_bodyid[geom]) for geom in pair)
-            if high in self._finger_bodies:
-                touching.setdefault(low, set()).add(high)
-        held = [body for body, fingers in touching.items() if len(fingers) == len(self._finger_bodies)]
+            if high in self._finger_of:
+                touching.setdefault(low, set()).add(self._finger_of[high])
+        held = [body for body, fingers in touching.items() if len(fingers) == len(FINGERS)]
         return self._piece_of[held[0]] if held else None
 
     # --- state ----------------------------------------------------------------------------------------------
@@ -189,8 +197,8 @@ class Simulation:
         self._load(self.scene.with_pieces([piece]))
         self._bodies[:n], self._body_speeds[:n] = bodies, speeds
         k = len(self._axes)
-        self._axes[:], self._fingers[:] = before.qpos[7 * n : 7 * n + k], before.qpos[7 * n + k :]
-        self._finger_speeds[:] = before.qvel[6 * n + k :]
+        self._axes[:], self._hand[:] = before.qpos[7 * n : 7 * n + k], before.qpos[7 * n + k :]
+        self._hand_speeds[:] = before.qvel[6 * n + k :]
         self.data.time = time
         self.data.mocap_pos[:], self.data.mocap_quat[:] = before.mocap_pos, before.mocap_quat
         numbers, asleep = self.state()
