@@ -54,7 +54,7 @@ def _run(spec: TwinSpec) -> int:
     except KempelenError as error:
         _tell({"error": str(error)})
         return 1
-    _tell({"address": loop.address, "rings": loop.rings})
+    _tell({"address": loop.address, "rings": loop.rings, "reed": loop.reed})
     try:
         loop.run()
     except KempelenError as error:

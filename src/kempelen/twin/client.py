@@ -99,12 +99,13 @@ class TwinProcess:
     Attributes:
         address: Where the driver connects.
         rings: Names of the rings that hold the cameras' frames, in the spec's order.
+        reed: Where the reed board's driver connects; empty where there is none.
         control: The side door.
     """
 
     def __init__(self, spec: TwinSpec) -> None:
         self._spec = spec
-        self.address = ""
+        self.address = self.reed = ""
         self.rings: tuple[str, ...] = ()
         self.control = TwinControl(Path(spec.control))
 
@@ -121,6 +122,7 @@ class TwinProcess:
         try:
             answer = await self._greeting()
             self.address, self.rings = str(answer["address"]), tuple(answer.get("rings", ()))
+            self.reed = str(answer.get("reed", ""))
             await self.control.__aenter__()
         except BaseException:
             await self._end()

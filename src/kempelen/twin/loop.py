@@ -24,6 +24,7 @@ from kempelen.twin.keeping import StateLock, forget_state, load_state, save_stat
 from kempelen.twin.machine import Point, make_controller, make_scene, tool_point
 from kempelen.twin.physics.person import manner
 from kempelen.twin.physics.world import World
+from kempelen.twin.reed.board import TwinReed
 from kempelen.twin.spec import TwinSpec
 from kempelen.twin.wire import make_wire
 
@@ -73,6 +74,7 @@ class TwinLoop:
         if spec.resume:
             load_state(Path(spec.state), self._controller, self._world)
             self._wire.keep_dtr()
+        self._reed = TwinReed(spec.reed, self._world.scene, spec.seed) if spec.reed else None
         self._control = ControlServer(Path(spec.control), self._handlers())
 
     @property
@@ -84,6 +86,11 @@ class TwinLoop:
     def rings(self) -> list[str]:
         """Where the cameras' frames are."""
         return self._cameras.rings
+
+    @property
+    def reed(self) -> str:
+        """Where the reed board's driver connects; empty where there is none."""
+        return self._reed.address if self._reed else ""
 
     # --- the loop ------------------------------------------------------------------------------------------
 
@@ -97,6 +104,8 @@ class TwinLoop:
         while not self._stop:
             wall = self._rest(wall) if self._quiet() else self._work(wall)
             self._cameras.tell(self._world, self._controller.time_s)
+            if self._reed is not None:
+                self._reed.tell(self._world, self._controller.time_s)
             self._serve()
         self._wind_down()
 
@@ -158,6 +167,7 @@ class TwinLoop:
     def _wait(self, seconds: float) -> bool:
         """Wait for bytes or requests; True when there are some."""
         watched = [*self._wire.filenos(), *self._control.filenos()]
+        watched += self._reed.filenos() if self._reed else []
         if self._alive is not None:
             watched.append(self._alive)
         ready, _, _ = select.select(watched, [], [], max(seconds, 0.0))
@@ -204,6 +214,7 @@ class TwinLoop:
             "fault": self._fault,
             "camera": self._change_camera,
             "restart_camera": self._restart_camera,
+            "reed": self._change_reed,
             "speed": self._set_speed,
             "stop": self._on_stop,
         }
@@ -249,6 +260,12 @@ class TwinLoop:
     def _restart_camera(self, request: Mapping[str, Any]) -> Reply:
         self._cameras.restart(int(request.get("camera", 0)))
         return {}
+
+    def _change_reed(self, request: Mapping[str, Any]) -> Reply:
+        """Faults of the reed board, and what its lamps and its buzzer do; see `TwinReed.request`."""
+        if self._reed is None:
+            raise TwinError("This twin has no reed board.", hint="Play with --sensor reed.")
+        return self._reed.request(request)
 
     def _settle(self, request: Mapping[str, Any]) -> Pending:
         return Pending(
@@ -317,5 +334,7 @@ class TwinLoop:
             self._cameras.close()
             self._control.close()
             self._wire.close()
+            if self._reed is not None:
+                self._reed.close()
             if self._lock is not None:
                 self._lock.release()

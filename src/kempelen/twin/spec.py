@@ -14,6 +14,7 @@ from kempelen.core.table import Gripper, Table, Tray, WorkSpace
 from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.look import DEFAULT_LOOK, Look
 from kempelen.twin.physics.flaws import ArmFlaws
+from kempelen.twin.reed.settings import ReedSpec
 
 CONTROL_FOLDER = "kempelen-twin-"
 """Prefix of a folder for a control socket alone; the twin removes it in the end: a dead parent cannot."""
@@ -55,6 +56,7 @@ class TwinSpec(BaseModel):
         look: Colours, for the cameras.
         person: Whose side the virtual person sits at.
         arm: The machine, if it is an arm; None for the gantry of ``space``.
+        reed: Switches under the squares; None for a board that feels nothing.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -79,6 +81,7 @@ class TwinSpec(BaseModel):
     look: Look = DEFAULT_LOOK
     person: Literal["white", "black"] = "white"
     arm: ArmSpec | None = None
+    reed: ReedSpec | None = None
 
     @model_validator(mode="after")
     def _own_rings(self) -> Self:
