@@ -8,23 +8,32 @@ from kempelen.kinematics.arm_file import arm_names, load_arm
 from kempelen.kinematics.batch import Solutions, inverse_batch
 from kempelen.kinematics.chain import forward, frames, jacobian
 from kempelen.kinematics.closed import BRANCHES, Branch, Solution, branches, inverse, inverse_pose
+from kempelen.kinematics.drift import Budget, JointErrors, Uncertainty, drift_budget, stop_loss
+from kempelen.kinematics.fit import ArmFit, Priors, fit_arm
 from kempelen.kinematics.tilt import MOST_TILT, Posture, Tilts, least_tilt, least_tilts, tilt_range, tilts
 
 __all__ = [
     "BRANCHES",
     "MOST_TILT",
     "Arm",
+    "ArmFit",
     "Body",
     "Branch",
+    "Budget",
     "Drift",
+    "JointErrors",
     "Link",
     "Mass",
     "Posture",
+    "Priors",
     "Solution",
     "Solutions",
     "Tilts",
+    "Uncertainty",
     "arm_names",
     "branches",
+    "drift_budget",
+    "fit_arm",
     "forward",
     "frames",
     "inverse",
@@ -34,6 +43,7 @@ __all__ = [
     "least_tilt",
     "least_tilts",
     "load_arm",
+    "stop_loss",
     "tilt_range",
     "tilts",
 ]
