@@ -4,6 +4,7 @@ import json
 import signal
 from pathlib import Path
 
+import chess
 import pytest
 
 from kempelen.game.journal import JournalReader
@@ -55,6 +56,37 @@ def test_a_signal_leaves_the_robot_at_rest_and_says_how_to_resume(
     assert written["disagreements"] == []
     assert written["interventions"] == 0
     assert written["standing_max_mm"] <= 2.0
+
+
+def test_the_board_is_set_up_again_after_a_game(tmp_path: Path) -> None:
+    """Captured pieces out of the trays, the promoted ones back into them; cut off once, it goes on."""
+    options = ("--data-dir", str(tmp_path), "--speed", "max")
+    with Program("replay", str(SPECIAL), *options) as program:
+        assert program.wait() == 0, program.errors
+    with Program("setup", *options) as program:
+        assert program.until("carrying the")
+        program.send(signal.SIGINT)
+        assert program.wait() == 128 + signal.SIGINT
+        assert "kempelen resume 2" in program.output + program.errors
+    report = tmp_path / "report.json"
+    with Program("resume", *options, "--report", str(report)) as program:
+        assert program.wait() == 0, program.errors
+        assert "The position is set up." in program.output
+    written = json.loads(report.read_text(encoding="utf-8"))
+    assert written["final_fen"] == chess.STARTING_FEN
+    assert (written["disagreements"], written["interventions"]) == ([], 0)
+
+
+def test_what_cannot_be_set_up_is_refused(tmp_path: Path) -> None:
+    options = ("--data-dir", str(tmp_path))
+    for what, why in (
+        (("setup", "--from", "7"), "There is no journal"),
+        (("setup", "8/8/8/8/8/8/8/8 w - - 0 1"), "the board is empty"),
+        (("setup", "--from", "nowhere"), "cannot be read as FEN"),
+    ):
+        with Program(*what, *options) as program:
+            assert program.wait() not in (0, None)
+            assert why in program.output + program.errors
 
 
 def test_the_end_of_typing_is_no_end_of_the_game(tmp_path: Path) -> None:

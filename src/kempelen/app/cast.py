@@ -9,6 +9,9 @@ from pydantic import JsonValue
 
 from kempelen.app.config import Config
 from kempelen.core.errors import ConfigError
+from kempelen.core.places import Layout
+from kempelen.core.words import say
+from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.select import create_engine
 from kempelen.engines.uci import Habits, UciEngine
 from kempelen.engines.wire import OptionValue
@@ -28,6 +31,7 @@ class GameRequest:
         person_plays: The person's colour in mode ``play``, and after a take-over.
         take_over_move: Number of the move at which the person takes the replayed game over; None: never.
         opponent: Engine of the second side in mode ``watch``; empty for the same.
+        standing: Where the pieces stand, if not where the game begins: the robot sets that up first.
         clock: Time control; None: the game is played without a clock.
     """
 
@@ -38,6 +42,7 @@ class GameRequest:
     take_over_move: int | None = None
     opponent: str = ""
     opponent_level: str = ""
+    standing: Layout | None = None
     clock: TimeControl | None = None
 
 

@@ -170,11 +170,17 @@ class GameEyes:
     def listen(self, event: events.Event) -> None:
         """Take what the arbiter tells: the eye has to know what should stand on the board."""
         match event:
-            case events.GameStarted() | events.MoveCommitted() | events.MoveTakenBack():
+            case (
+                events.GameStarted()
+                | events.MoveCommitted()
+                | events.MoveTakenBack()
+                | events.PositionSetUp()
+            ):
                 self._coming = event.layout
                 self.expect(event.layout)
-                self.reader.stands(self.position())
-            case events.MoveProposed():
+                self._confirmed(event.layout, seen=not isinstance(event, events.GameStarted))
+                self._stands(event.layout)
+            case events.MoveProposed() | events.SettingUp():
                 self._coming = _after(self._coming, event.transfers)
                 if not self.reader.looks:
                     self.expect(
@@ -234,6 +240,14 @@ class GameEyes:
                 self._checked = now
                 await self._check_place()
             if seen.sight is Sight.NO_CAMERA and now - max(since, revived) > _REVIVE_S:
+    def _stands(self, layout: Layout) -> None:
+        """How it looks can be learned, unless the position of the game has yet to be set up."""
+        position = self.position()
+        if layout.board_part() == position.piece_map():
+            self.reader.stands(position)
+        else:
+            self.reader.moves()
+
                 revived = now
                 await self._revive()
 

@@ -118,14 +118,14 @@ class LiveGame:
     async def _begin(self, journal: Journal, table: Table, request: GameRequest) -> None:
         """A new game; it is in the journal only once there is a table to play it on."""
         pairing, take_over = await self.cast.pairing(request), await self.cast.take_over(request)
-        layout = start_layout(table, parse_fen(request.start_fen))
+        layout = request.standing or start_layout(table, parse_fen(request.start_fen))
         await self._table_up(journal.next_game, table, layout, kept=None)
         options = ArbiterOptions(hands=self._config.hands, table_digest=digest(table))
         headers = dict(request.score.headers) if request.score else {}
         log = new_game(
             journal, pairing, table,
             start_fen=request.start_fen, headers=headers, take_over=take_over, options=options,
-            clock=request.clock,
+            clock=request.clock, layout=request.standing,
         )  # fmt: skip
         self._wire_up(log, table, pairing, take_over, options)
 
@@ -363,6 +363,8 @@ class LiveGame:
             self._twin_state.with_suffix(".lock").unlink(missing_ok=True)
 
 
+        if not self.arbiter.state.set_up:
+            await self.measurements.sample()  # what the robot sets up is its work, too
 def should_stand(state: GameState) -> Layout:
     """What a person at the table sees to: the journal's layout, and a move by hand as if it were made."""
     layout = state.layout

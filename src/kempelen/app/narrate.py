@@ -81,6 +81,8 @@ def _sight(event: events.SensorChanged) -> str:
 _SENTENCES: dict[type, Callable[[Any], str]] = {
     events.GameStarted: _started,
     events.MoveProposed: _proposed,
+    events.SettingUp: lambda e: f"Setting up the position: {len(e.transfers)} pieces to move.",
+    events.PositionSetUp: lambda _: "The position is set up.",
     events.CheckpointReached: _checkpoint,
     events.MoveTakenBack: lambda e: f"Taken back: {e.san}",
     events.Paused: lambda e: "Paused" + (" in mid-transfer." if e.in_transfer else "."),

@@ -1,3 +1,3 @@
 """Measurements against bounds and peers: `kempelen bench NAME`."""
 
-BENCHES = ("eyes", "frames", "motion", "page", "spectators", "twin", "vision")
+BENCHES = ("eyes", "frames", "motion", "page", "setup", "spectators", "twin", "vision")

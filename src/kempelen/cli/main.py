@@ -19,6 +19,7 @@ from kempelen.cli.record import record
 from kempelen.cli.remote import remote
 from kempelen.cli.see import see
 from kempelen.cli.serve import serve
+from kempelen.cli.setup import setup
 from kempelen.cli.twin import twin
 from kempelen.core.errors import KempelenError
 
@@ -62,7 +63,7 @@ _MACHINE = "The machine"
 _HOUSE = "Checks and measurements"
 
 app.command(rich_help_panel=_GAMES)(serve)
-for _command in (games.play, games.watch, games.replay, games.resume, records.games, records.pgn):
+for _command in (games.play, games.watch, games.replay, games.resume, setup, records.games, records.pgn):
     app.command(rich_help_panel=_GAMES)(_command)
 app.add_typer(remote, rich_help_panel=_GAMES)
 app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)

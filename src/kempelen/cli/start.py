@@ -9,6 +9,7 @@ import chess
 from kempelen.app.cast import EngineWish, GameRequest
 from kempelen.app.config import Config, load_config
 from kempelen.app.paths import newest_unfinished
+from kempelen.app.standing import setup_request
 from kempelen.cli.run import run_game
 from kempelen.cli.showing import Showing, require_directory
 from kempelen.core.errors import ConfigError
@@ -92,6 +93,11 @@ def replay(
         Mode.REPLAY, score.start_fen, score=score, person_plays=white, take_over_move=take_over
     )
     run_game(settings, request, showing)
+
+
+def setup(settings: Config, fen: str | None, standing: str, showing: Showing) -> None:
+    """The robot sets up a position: a game without moves."""
+    run_game(settings, setup_request(settings, _position(fen), standing), showing)
 
 
 def _require_move(score: GameScore, number: int) -> None:

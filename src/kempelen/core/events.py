@@ -70,6 +70,22 @@ class MoveProposed:
 
 
 @dataclass(frozen=True, slots=True)
+class SettingUp:
+    """The robot brings the pieces to where the game begins."""
+
+    transfers: tuple[Transfer, ...]
+    fen: str
+
+
+@dataclass(frozen=True, slots=True)
+class PositionSetUp:
+    """The pieces stand where the game begins."""
+
+    fen: str
+    layout: Layout
+
+
+@dataclass(frozen=True, slots=True)
 class TransferStarted:
     """The hand sets out for one piece.
 
@@ -273,6 +289,8 @@ Event = (
     | TurnBegan
     | EngineThinking
     | MoveProposed
+    | SettingUp
+    | PositionSetUp
     | TransferStarted
     | CheckpointReached
     | TransferDone

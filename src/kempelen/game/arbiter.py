@@ -172,6 +172,8 @@ class Arbiter:
 
     async def _play(self) -> None:
         while self.state.ended is None:
+        await self._mover.set_up()
+        await self._clear_away()
             if await self._orders.obey_one(paused=self.paused):
                 continue
             if self.paused:

@@ -17,6 +17,7 @@ from kempelen.game.observers import EventBus
 from kempelen.game.person_desk import PersonDesk
 from kempelen.game.records import Committed, Intended, LayoutChanged, Missed, OperatorNeeded, Purpose
 from kempelen.game.recovery import Held, held
+from kempelen.game.setting_up import setting_up_transfers
 from kempelen.game.transfers import Missing, Request, move_transfers, takeback_transfers
 
 _GLANCE_S = 3.0
@@ -66,6 +67,11 @@ class Mover:
         if self._desk.eyes.looks:
             await self._desk.confirm((), self._log.state.layout)
 
+    async def set_up(self) -> None:
+        """Bring the pieces to where the game begins, should they stand elsewhere."""
+        if not self._log.state.set_up:
+            await self._do(Purpose.SETUP, "")
+
     async def _do(self, purpose: Purpose, uci: str, *, by_hand: bool = False, made: bool = False) -> None:
         transfers = await self._planned(purpose, uci, made=made)
         if by_hand:
@@ -104,12 +110,17 @@ class Mover:
 
     def _plan(self, purpose: Purpose, uci: str) -> tuple[Transfer, ...] | Request:
         board, layout = self._log.state.board, self._log.state.layout
+        if purpose is Purpose.SETUP:
+            return setting_up_transfers(board, layout, self.table)
         if purpose is Purpose.TAKEBACK:
             return takeback_transfers(board, layout, self.table)
         return move_transfers(board, board.parse_uci(uci), layout, self.table)
 
     async def _finish(self, intent: Intended) -> None:
         """Carry what is left of the move in hand, and commit it."""
+        if intent.purpose is Purpose.SETUP:
+            await self._finish_setting_up(intent)
+            return
         board = self._log.state.board.copy()
         if intent.purpose is Purpose.TAKEBACK:
             board.pop()
@@ -129,6 +140,13 @@ class Mover:
         await self._carry_all(intent)
         self._log.write(Committed(purpose=intent.purpose, ply=intent.ply, uci=intent.uci, san=san))
         self._announce(intent, san)
+
+    async def _finish_setting_up(self, intent: Intended) -> None:
+        fen = self._log.state.board.fen()
+        self._bus.emit(events.SettingUp(intent.transfers, fen))
+        await self._carry_all(intent)
+        self._log.write(Committed(purpose=intent.purpose, ply=intent.ply, uci="", san=""))
+        self._bus.emit(events.PositionSetUp(fen, self._log.state.layout))
 
     async def _carry_all(self, intent: Intended) -> None:
         if intent.by_hand:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import chess
 
+from kempelen.core.places import Layout
 from kempelen.core.table import Table, start_layout
 from kempelen.game.clock import TimeControl
 from kempelen.game.fen import parse_fen
@@ -23,8 +24,9 @@ def new_game(
     take_over: TakeOver | None = None,
     options: ArbiterOptions | None = None,
     clock: TimeControl | None = None,
+    layout: Layout | None = None,
 ) -> GameLog:
-    """Write the beginning of a game; the pieces stand as `start_layout` says.
+    """Write the beginning of a game.
 
     Args:
         journal: Gets a new game.
@@ -35,6 +37,7 @@ def new_game(
         take_over: Another pairing that takes over later.
         options: The same ones go to the arbiter.
         clock: Time control; None: the game is played without a clock.
+        layout: Where the pieces stand, if not as `start_layout` says; the robot then sets up ``start_fen``.
 
     Raises:
         NotationError: No game can be played from ``start_fen``.
@@ -63,7 +66,7 @@ def new_game(
         take_over=take_over.spec if take_over else None,
         hands=options.hands,
         table=options.table_digest,
-        layout=start_layout(table, board),
+        layout=layout or start_layout(table, board),
         clock=ClockSpec(seconds=clock.seconds, increment=clock.increment) if clock else None,
     )
     return journal.begin(begun)

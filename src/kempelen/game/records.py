@@ -74,6 +74,7 @@ class Purpose(StrEnum):
 
     MOVE = "move"
     TAKEBACK = "takeback"
+    SETUP = "setup"  # the position that the game begins with, from wherever the pieces stand
 
 
 class _Fact(BaseModel):
@@ -120,7 +121,8 @@ class Begun(_Fact):
     Attributes:
         headers: PGN tags known from the start.
         table: Digest of the table and its calibration.
-        layout: Where every piece stands, spares included.
+        layout: Where every piece stands, spares included; where the board is not as ``start_fen`` has it,
+            the robot sets that up first.
         clock: None: the game is played without one.
     """
 
@@ -177,7 +179,8 @@ class Intended(_Fact):
     """A move, or its taking back, is about to be made on the table.
 
     Attributes:
-        ply: Of the move, from 1.
+        ply: Of the move, from 1; 0 when the position is set up.
+        uci: Empty when the position is set up.
         by_hand: A person's hand makes it.
     """
 

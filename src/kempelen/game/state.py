@@ -141,6 +141,11 @@ class GameState:
         return len(self.board.move_stack)
 
     @property
+    def set_up(self) -> bool:
+        """Whether the board is as the position says, the move in hand aside."""
+        return self.settled.board_part() == self.board.piece_map()
+
+    @property
     def layout(self) -> Layout:
         """What stands where now; a piece in the gripper counts where it came from."""
         layout = self.settled
@@ -252,7 +257,7 @@ def _(record: Committed, state: GameState) -> GameState:
     board = state.board.copy()
     if record.purpose is Purpose.MOVE:
         board.push(board.parse_uci(record.uci))
-    else:
+    elif record.purpose is Purpose.TAKEBACK:
         board.pop()
     still_back = state.back_to is not None and len(board.move_stack) > state.back_to
     return replace(

@@ -15,6 +15,7 @@ Which of the pieces that are alike goes where, and in which order, is chosen for
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Self
 
 import chess
 import numpy as np
@@ -52,13 +53,47 @@ class SettingUp:
         return self.carried + self.empty
 
 
-def fewest_transfers(standing: Layout, wanted: Mapping[chess.Square, chess.Piece]) -> int:
-    """The least number of transfers from ``standing`` to a board as ``wanted``, by the formula above."""
-    board = standing.board_part()
-    wrong = {square: piece for square, piece in board.items() if wanted.get(square) != piece}
-    unfilled = {square: piece for square, piece in wanted.items() if board.get(square) != piece}
-    lacking = Counter(unfilled.values()) - Counter(wrong.values())
-    return lacking.total() + len(wrong) + _rings(wrong, unfilled)
+@dataclass(frozen=True, slots=True)
+class Differences:
+    """What separates a table from a wanted board.
+
+    Attributes:
+        wrong: Squares on which a piece stands that is not wanted there.
+        unfilled: Squares that want a piece which does not stand there.
+    """
+
+    wrong: Mapping[chess.Square, chess.Piece]
+    unfilled: Mapping[chess.Square, chess.Piece]
+
+    @classmethod
+    def between(cls, standing: Layout, wanted: Mapping[chess.Square, chess.Piece]) -> Self:
+        """Of what stands and what is wanted."""
+        board = standing.board_part()
+        return cls(
+            {square: piece for square, piece in board.items() if wanted.get(square) != piece},
+            {square: piece for square, piece in wanted.items() if board.get(square) != piece},
+        )
+
+    @property
+    def fetched(self) -> int:
+        """Pieces that have to come from the trays."""
+        return (Counter(self.unfilled.values()) - Counter(self.wrong.values())).total()
+
+    @property
+    def leaving(self) -> int:
+        """Pieces that have to leave the board."""
+        return (Counter(self.wrong.values()) - Counter(self.unfilled.values())).total()
+
+    def lacking(self, standing: Layout) -> list[chess.Piece]:
+        """Pieces that are wanted and stand nowhere, a kind as often as it is lacking."""
+        trays = Counter(piece for place, piece in standing.items() if not place.is_square)
+        lacking = Counter(self.unfilled.values()) - Counter(self.wrong.values()) - trays
+        return sorted(lacking.elements(), key=str)
+
+    @property
+    def fewest(self) -> int:
+        """The least number of transfers, by the formula above."""
+        return self.fetched + len(self.wrong) + _rings(self.wrong, self.unfilled)
 
 
 def _rings(wrong: Mapping[chess.Square, chess.Piece], unfilled: Mapping[chess.Square, chess.Piece]) -> int:
@@ -118,7 +153,7 @@ class _Planner:
         self._centres = np.array([table.centre(place)[:2] for place in self._places])
         across = self._centres[:, None, :] - self._centres[None, :, :]
         self._way = np.hypot(across[..., 0], across[..., 1])  # (places, places) mm
-        self._standing, self._wanted = standing, wanted
+        self._standing, self._differences = standing, Differences.between(standing, wanted)
         self._piece = {self._number[place]: piece for place, piece in standing.items()}
         self._slots = [self._number[slot] for slot in table.slots]
         self.target: dict[int, int] = {}
@@ -127,8 +162,8 @@ class _Planner:
 
     def assign(self) -> None:
         """The cheapest pairs of pieces and targets, kind by kind; surplus pieces to near slots."""
+        self._require()
         wrong, trays, unfilled = self._sorted_out()
-        self._require(wrong, trays, unfilled)
         leaving: list[int] = []
         for piece in sorted({*wrong, *unfilled}, key=str):
             leaving += self._match(wrong[piece], trays[piece], unfilled[piece])
@@ -137,27 +172,20 @@ class _Planner:
     def _sorted_out(self) -> tuple[dict[chess.Piece, list[int]], ...]:
         """By kind and colour: where wrong pieces stand, where tray pieces stand, which squares lack one."""
         wrong, trays, unfilled = (defaultdict[chess.Piece, list[int]](list) for _ in range(3))
+        for square, piece in sorted(self._differences.wrong.items()):
+            wrong[piece].append(self._number[Place.at(square)])
         for place, piece in sorted(self._standing.items()):
-            if place.square is None:
+            if not place.is_square:
                 trays[piece].append(self._number[place])
-            elif self._wanted.get(place.square) != piece:
-                wrong[piece].append(self._number[place])
-        for square, piece in sorted(self._wanted.items()):
-            if self._standing.get(Place.at(square)) != piece:
-                unfilled[piece].append(self._number[Place.at(square)])
+        for square, piece in sorted(self._differences.unfilled.items()):
+            unfilled[piece].append(self._number[Place.at(square)])
         return wrong, trays, unfilled
 
-    @staticmethod
-    def _require(*groups: Mapping[chess.Piece, list[int]]) -> None:
-        wrong, trays, unfilled = groups
-        lacking = [
-            f"{missing} x {piece_name(piece)}"
-            for piece in sorted(unfilled, key=str)
-            if (missing := len(unfilled[piece]) - len(wrong.get(piece, ())) - len(trays.get(piece, ()))) > 0
-        ]
-        if lacking:
+    def _require(self) -> None:
+        if lacking := Counter(self._differences.lacking(self._standing)):
+            named = ", ".join(f"{count} x {piece_name(piece)}" for piece, count in lacking.items())
             raise OperatorNeededError(
-                f"The table lacks pieces for this position: {', '.join(lacking)}.",
+                f"The table lacks pieces for this position: {named}.",
                 hint="Stand them into free slots of the trays, or choose a position of the pieces at hand.",
             )
 
@@ -287,4 +315,4 @@ class _Planner:
             carried += float(self._way[source, target])
             empty += float(self._reach(here, first)[source])
             here = target
-        return SettingUp(tuple(transfers), fewest_transfers(self._standing, self._wanted), carried, empty)
+        return SettingUp(tuple(transfers), self._differences.fewest, carried, empty)

@@ -13,7 +13,8 @@ from hypothesis import HealthCheck, given, settings
 
 from kempelen.core.errors import StoppedError
 from kempelen.core.events import Event, GameOver, MoveCommitted
-from kempelen.core.table import Table
+from kempelen.core.places import Layout
+from kempelen.core.table import Table, start_layout
 from kempelen.game.arbiter import Arbiter
 from kempelen.game.journal import GameLog, JournalReader
 from kempelen.game.modes import Mode, Pairing
@@ -30,6 +31,8 @@ from kempelen.testing.players import ScriptedPlayer
 FEN = "1n2k3/P1P5/8/3pP3/8/7b/8/R3K2R w KQ d6 0 1"
 MOVES = ("exd6", "Bf5", "O-O", "Bb1", "Raxb1", "Kd7", "cxb8=N+", "Kxd6", "a8=R", "Ke5")
 TABLE = Table()
+# King and rook stand for each other, a bishop stands elsewhere, a pawn is in the tray, a queen in the way.
+ELSEWHERE = start_layout(TABLE, chess.Board("1n2k3/P1P5/8/3p4/6b1/8/Q7/K3R2R w - - 0 1"))
 SYNC_OFF = "PRAGMA synchronous = OFF"  # the power does not fail in these tests, only the program dies
 
 
@@ -78,6 +81,7 @@ class Life:
     take_back: bool = False
     cancel_closes: bool = False
     park: bool = True
+    standing: Layout | None = None
     world: FakeTable | None = None
     person: FakePerson | None = None
     tasks: list[asyncio.Task[None]] = field(default_factory=list)
@@ -103,7 +107,9 @@ class Life:
         games = journal.games()
         if games and games[0].over:  # died after the end was written
             return GameLog(journal, 1, journal.state(1))
-        return journal.reopen(1) if games else new_game(journal, self._pairing(), TABLE, start_fen=FEN)
+        if games:
+            return journal.reopen(1)
+        return new_game(journal, self._pairing(), TABLE, start_fen=FEN, layout=self.standing)
 
     def _pairing(self) -> Pairing:
         players = [ScriptedPlayer(MOVES) for _ in "wb"]
@@ -204,6 +210,13 @@ async def test_killed_once_at_every_instant(tmp_path: Path) -> None:
 
 async def test_killed_once_at_every_instant_of_a_game_by_hand(tmp_path: Path) -> None:
     await survive_everywhere(tmp_path, lambda directory: Life(directory, hands="person"), ENDS)
+
+
+async def test_killed_once_while_the_position_is_set_up(tmp_path: Path) -> None:
+    def life(directory: Path) -> Life:
+        return Life(directory, standing=ELSEWHERE)
+
+    await survive_everywhere(tmp_path, life, ENDS, every=3)
 
 
 async def test_killed_once_without_parking(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from kempelen.core.errors import OperatorNeededError
 from kempelen.core.places import Layout, Place
 from kempelen.core.table import Table, start_layout
-from kempelen.motion.setting_up import SettingUp, fewest_transfers, plan_setting_up
+from kempelen.motion.setting_up import Differences, SettingUp, plan_setting_up
 
 TABLE = Table()
 START = start_layout(TABLE, chess.Board())
@@ -77,7 +77,7 @@ def small_cases(draw: st.DrawFn) -> tuple[Layout, dict[chess.Square, chess.Piece
 @given(small_cases())
 def test_the_formula_is_what_a_search_finds(case: tuple[Layout, dict[chess.Square, chess.Piece]]) -> None:
     standing, wanted = case
-    assert fewest_transfers(standing, wanted) == search(standing, wanted)
+    assert Differences.between(standing, wanted).fewest == search(standing, wanted)
 
 
 @given(small_cases())
@@ -85,7 +85,7 @@ def test_a_plan_needs_no_more_than_the_fewest(case: tuple[Layout, dict[chess.Squ
     standing, wanted = case
     plan = plan_setting_up(TABLE, standing, wanted)
     assert carried_out(standing, plan).board_part() == wanted
-    assert len(plan.transfers) == plan.fewest == fewest_transfers(standing, wanted)
+    assert len(plan.transfers) == plan.fewest == Differences.between(standing, wanted).fewest
 
 
 def played(rng: random.Random) -> chess.Board:
