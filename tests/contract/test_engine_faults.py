@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import chess
@@ -11,8 +12,9 @@ import pytest
 from kempelen.core.errors import ConfigError, EngineError
 from kempelen.core.protocols import Thinking
 from kempelen.engines.find import EngineProgram, Source
+from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.strength import Level, Means
-from kempelen.engines.uci import Habits, UciEngine
+from kempelen.engines.tongues import Tongue
 from kempelen.engines.wire import Patience
 from kempelen.testing.uci_engines import write_engine
 
@@ -22,10 +24,20 @@ IMPATIENT = Patience(hello=10.0, ready=10.0, grace=0.2, farewell=0.2, restarts=1
 
 def engine_of(
     path: Path, patience: Patience = QUICK, level: Level | None = None, **habits: object
-) -> UciEngine:
-    program = EngineProgram(path.name, (str(path),), Source.NAMED)
+) -> ProgramEngine:
+    tongue = Tongue(path.name) if path.name in set(Tongue) else None
+    program = EngineProgram(path.name, (str(path),), Source.NAMED, tongue=tongue)
     settings = Habits(seconds=0.05, patience=patience, **habits)  # type: ignore[arg-type]
-    return UciEngine(program, level or Level(Means.FULL), settings)
+    return ProgramEngine(program, level or Level(Means.FULL), settings)
+
+
+SPEECHES = {"uci": (), "xboard": ("--protocol", "xboard")}
+
+
+@pytest.fixture(params=SPEECHES)
+def fake(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., Path]:
+    """Writes the engine that misbehaves, in each of the protocols that engines speak."""
+    return lambda *arguments: write_engine(tmp_path, *SPEECHES[request.param], *arguments, name=request.param)
 
 
 def is_alive(pid: int) -> bool:
@@ -78,8 +90,8 @@ async def test_another_game_is_announced(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("deed", ["die", "none", "null", "illegal", "nonsense"])
-async def test_a_fault_is_repaired_by_a_restart(tmp_path: Path, deed: str) -> None:
-    path = write_engine(tmp_path, "--on-go", deed, "--nth", "2", "--once", str(tmp_path / "done"))
+async def test_a_fault_is_repaired_by_a_restart(fake: Callable[..., Path], tmp_path: Path, deed: str) -> None:
+    path = fake("--on-go", deed, "--nth", "2", "--once", str(tmp_path / "done"))
     board = chess.Board()
     async with engine_of(path) as engine:
         board.push((await engine.choose(board)).move)
@@ -92,9 +104,9 @@ async def test_a_fault_is_repaired_by_a_restart(tmp_path: Path, deed: str) -> No
     assert not is_alive(first_pid)
 
 
-async def test_a_hang_is_ended_and_the_search_repeated(tmp_path: Path) -> None:
+async def test_a_hang_is_ended_and_the_search_repeated(fake: Callable[..., Path], tmp_path: Path) -> None:
     once, heard = tmp_path / "done", tmp_path / "heard"
-    path = write_engine(tmp_path, "--on-go", "hang", "--once", str(once), "--log", str(heard))
+    path = fake("--on-go", "hang", "--once", str(once), "--log", str(heard))
     patience = Patience(hello=10.0, ready=10.0, grace=1.5, farewell=0.1, restarts=3)
     async with engine_of(path, patience) as engine:
         first_pid = engine.pid
@@ -102,32 +114,34 @@ async def test_a_hang_is_ended_and_the_search_repeated(tmp_path: Path) -> None:
     assert choice.move in chess.Board().legal_moves
     assert first_pid is not None
     assert not is_alive(first_pid)
-    assert heard.read_text().count("go movetime") >= 2
+    assert heard.read_text().count("\ngo") >= 2
 
 
 @pytest.mark.parametrize("deed", ["none", "null"])
-async def test_regression_no_move_is_never_taken_for_mate(tmp_path: Path, deed: str) -> None:
-    path = write_engine(tmp_path, "--on-go", deed, "--log", str(tmp_path / "heard"))
+async def test_regression_no_move_is_never_taken_for_mate(
+    fake: Callable[..., Path], tmp_path: Path, deed: str
+) -> None:
+    path = fake("--on-go", deed, "--log", str(tmp_path / "heard"))
     async with engine_of(path) as engine:
         with pytest.raises(EngineError, match=r"named no move in 3 attempts.*20 are legal") as caught:
             await engine.choose(chess.Board())
         assert engine.pid is None
     assert "resume" in caught.value.hint
-    assert (tmp_path / "heard").read_text().count("go movetime") == 3
+    assert (tmp_path / "heard").read_text().count("\ngo") == 3
 
 
 async def test_the_last_words_of_the_dead_are_in_the_message(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    fake: Callable[..., Path], capfd: pytest.CaptureFixture[str]
 ) -> None:
-    async with engine_of(write_engine(tmp_path, "--on-go", "die")) as engine:
+    async with engine_of(fake("--on-go", "die")) as engine:
         with pytest.raises(EngineError, match=r"exit code 3 .*last words: out of matter"):
             await engine.choose(chess.Board())
     captured = capfd.readouterr()
     assert (captured.out, captured.err) == ("", "")
 
 
-async def test_an_engine_that_hangs_for_good_is_killed_with_its_children(tmp_path: Path) -> None:
-    path = write_engine(tmp_path, "--on-go", "hang", "--child")
+async def test_an_engine_that_hangs_for_good_is_killed_with_its_children(fake: Callable[..., Path]) -> None:
+    path = fake("--on-go", "hang", "--child")
     async with engine_of(path, IMPATIENT) as engine:
         first_pid = engine.pid
         with pytest.raises(EngineError, match=r"not answered within 0\.25 s"):
@@ -137,10 +151,12 @@ async def test_an_engine_that_hangs_for_good_is_killed_with_its_children(tmp_pat
 
 
 async def test_garbage_is_ignored_and_kept_from_the_terminal(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+    fake: Callable[..., Path],
+    capfd: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     thoughts: list[Thinking] = []
-    async with engine_of(write_engine(tmp_path, "--on-go", "garbage")) as engine:
+    async with engine_of(fake("--on-go", "garbage")) as engine:
         choice = await engine.choose(chess.Board(), on_thinking=thoughts.append)
     assert choice.move in chess.Board().legal_moves
     line = (chess.Move.from_uci("e2e4"), chess.Move.from_uci("e7e5"))
@@ -150,21 +166,21 @@ async def test_garbage_is_ignored_and_kept_from_the_terminal(
     assert not caplog.records
 
 
-async def test_thoughts_are_told_while_thinking(tmp_path: Path) -> None:
+async def test_thoughts_are_told_while_thinking(fake: Callable[..., Path]) -> None:
     thoughts: list[Thinking] = []
-    async with engine_of(write_engine(tmp_path)) as engine:
+    async with engine_of(fake()) as engine:
         choice = await engine.choose(chess.Board(), on_thinking=thoughts.append)
     assert [thought.line for thought in thoughts] == [(choice.move,)]
     assert thoughts[0].centipawns == 50
 
 
-async def test_a_fault_in_the_listener_does_not_break_the_wire(tmp_path: Path) -> None:
+async def test_a_fault_in_the_listener_does_not_break_the_wire(fake: Callable[..., Path]) -> None:
     def fail(_: Thinking) -> None:
         raise RuntimeError("listener")
 
     heard: list[object] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, context: heard.append(context["exception"]))
-    async with engine_of(write_engine(tmp_path)) as engine:
+    async with engine_of(fake()) as engine:
         choice = await engine.choose(chess.Board(), on_thinking=fail)
     assert choice.move
     assert [str(error) for error in heard] == ["listener"]
@@ -174,15 +190,14 @@ async def test_a_fault_in_the_listener_does_not_break_the_wire(tmp_path: Path) -
     ("arguments", "message"),
     [
         (("--start", "die"), r"ended with exit code 1 .*last words: cannot find my opening book"),
-        (("--protocol", "xboard"), r"has not said 'uciok'.*within 0\.5 s.*unknown command\): uci"),
+        (("--protocol", "none"), r"neither UCI nor xboard.*has not said 'uciok'.*unknown command\): uci"),
+        (("--start", "60"), r"neither UCI nor xboard.*'uciok'.*within 0\.5 s.*features.*within 0\.5 s"),
     ],
 )
-async def test_what_is_no_uci_engine_is_refused(
-    tmp_path: Path, arguments: tuple[str, ...], message: str
-) -> None:
+async def test_what_is_no_engine_is_refused(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
     patience = Patience(hello=0.5, farewell=0.5)
     path = write_engine(tmp_path, *arguments)
-    if arguments[0] == "--start":
+    if arguments == ("--start", "die"):
         patience = QUICK
     with pytest.raises(EngineError, match=message) as caught:
         await engine_of(path, patience).__aenter__()
@@ -190,8 +205,8 @@ async def test_what_is_no_uci_engine_is_refused(
     assert "--engine" in caught.value.hint
 
 
-async def test_a_slow_starter_is_awaited(tmp_path: Path) -> None:
-    async with engine_of(write_engine(tmp_path, "--start", "0.3")) as engine:
+async def test_a_slow_starter_is_awaited(fake: Callable[..., Path]) -> None:
+    async with engine_of(fake("--start", "0.3")) as engine:
         assert (await engine.choose(chess.Board())).move
 
 
@@ -210,8 +225,8 @@ async def test_what_cannot_be_executed_is_refused(tmp_path: Path) -> None:
         await engine_of(text / "engine").__aenter__()
 
 
-async def test_a_cancelled_search_leaves_the_engine_fit(tmp_path: Path) -> None:
-    path = write_engine(tmp_path, "--log", str(tmp_path / "heard"))
+async def test_a_cancelled_search_leaves_the_engine_fit(fake: Callable[..., Path], tmp_path: Path) -> None:
+    path = fake("--log", str(tmp_path / "heard"))
     async with engine_of(path) as engine:
         pid = engine.pid
         search = asyncio.create_task(engine.choose(chess.Board()))
@@ -224,9 +239,9 @@ async def test_a_cancelled_search_leaves_the_engine_fit(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ticks", [1, 20])
-async def test_cancelled_while_starting_nothing_is_left(tmp_path: Path, ticks: int) -> None:
+async def test_cancelled_while_starting_nothing_is_left(fake: Callable[..., Path], ticks: int) -> None:
     before = children()
-    engine = engine_of(write_engine(tmp_path, "--start", "60"), Patience(farewell=5.0))
+    engine = engine_of(fake("--start", "60"), Patience(farewell=5.0))
     task = asyncio.create_task(engine.__aenter__())
     for _ in range(ticks):
         await asyncio.sleep(0)
@@ -237,9 +252,9 @@ async def test_cancelled_while_starting_nothing_is_left(tmp_path: Path, ticks: i
     assert not is_alive(pid)
 
 
-async def test_no_search_when_the_game_is_over(tmp_path: Path) -> None:
+async def test_no_search_when_the_game_is_over(fake: Callable[..., Path]) -> None:
     mate = chess.Board("7k/6Q1/6K1/8/8/8/8/8 b - - 0 1")
-    async with engine_of(write_engine(tmp_path)) as engine:
+    async with engine_of(fake()) as engine:
         with pytest.raises(EngineError, match="the game is over"):
             await engine.choose(mate)
 
@@ -307,7 +322,7 @@ def test_habits_out_of_range_are_refused() -> None:
         Habits(threads=0)
 
 
-async def test_a_line_without_end_does_not_fill_the_memory(tmp_path: Path) -> None:
-    path = write_engine(tmp_path, "--on-go", "flood")
+async def test_a_line_without_end_does_not_fill_the_memory(fake: Callable[..., Path]) -> None:
+    path = fake("--on-go", "flood")
     async with engine_of(path) as engine:
         assert (await engine.choose(chess.Board())).move in chess.Board().legal_moves

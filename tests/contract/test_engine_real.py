@@ -10,8 +10,8 @@ from kempelen.core.protocols import Thinking
 from kempelen.engines.bundle import Bundle, find_bundle
 from kempelen.engines.find import EngineProgram, Shelf, Source
 from kempelen.engines.probe import probe
+from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.select import create_engine
-from kempelen.engines.uci import Habits, UciEngine
 from kempelen.testing.uci_engines import write_engine
 
 BUNDLE = find_bundle()
@@ -52,7 +52,7 @@ async def test_stockfish_goes_on_from_the_moves_of_the_game(shelf: Shelf) -> Non
 async def test_stockfish_without_its_networks_is_explained() -> None:
     assert BUNDLE is not None
     program = EngineProgram("stockfish", (str(BUNDLE.directory / "stockfish"),), Source.NAMED)
-    async with UciEngine(program, habits=QUICK) as engine:
+    async with ProgramEngine(program, habits=QUICK) as engine:
         with pytest.raises(EngineError, match=r"3 attempts.*EvalFile"):
             await engine.choose(chess.Board())
 

@@ -13,7 +13,6 @@ from kempelen.core.places import Layout
 from kempelen.core.words import say
 from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.select import create_engine
-from kempelen.engines.uci import Habits, UciEngine
 from kempelen.engines.wire import OptionValue
 from kempelen.game.clock import TimeControl
 from kempelen.game.modes import Mode, Pairing, TakeOver
@@ -31,8 +30,8 @@ class GameRequest:
         person_plays: The person's colour in mode ``play``, and after a take-over.
         take_over_move: Number of the move at which the person takes the replayed game over; None: never.
         opponent: Engine of the second side in mode ``watch``; empty for the same.
-        standing: Where the pieces stand, if not where the game begins: the robot sets that up first.
         clock: Time control; None: the game is played without a clock.
+        standing: Where the pieces stand, if not where the game begins: the robot sets that up first.
     """
 
     mode: Mode
@@ -42,8 +41,8 @@ class GameRequest:
     take_over_move: int | None = None
     opponent: str = ""
     opponent_level: str = ""
-    standing: Layout | None = None
     clock: TimeControl | None = None
+    standing: Layout | None = None
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ class Cast:
         self._config = config
         self._stack = stack
         self._usual = (config.engine.path, config.engine.level, config.engine.move_time)
-        self._engines: dict[tuple[str, str, float], UciEngine] = {}
+        self._engines: dict[tuple[str, str, float], ProgramEngine] = {}
         self.person = person or PersonPlayer("Person")
         self.time_left: Callable[[chess.Color], float | None] = lambda _: None
 
@@ -106,7 +105,7 @@ class Cast:
         )
         if key not in self._engines:
             self._engines[key] = await self._stack.enter_async_context(
-                create_engine(*key[:2], self._habits(key[2]))
+                create_engine(*key[:2], self._habits(key[2]), time_left=self._left)
             )
         details: dict[str, JsonValue] = {"engine": key[0], "level": key[1], "move_time": key[2]}
         return EnginePlayer(self._engines[key], seconds=key[2], details=details, time_left=self._left)
@@ -137,7 +136,9 @@ class Cast:
                 return Pairing.watch(white, black)
             case _ if request.score is not None:
                 return Pairing.replay(request.score)
-        raise ConfigError("A replay needs a game.", hint="Name a PGN file: kempelen replay FILE.pgn")
+        raise ConfigError(
+            say("no_pgn", "A replay needs a game."), hint="Name a PGN file: kempelen replay FILE.pgn"
+        )
 
     async def take_over(self, request: GameRequest) -> TakeOver | None:
         """The pairing that takes a replay over, if it was asked for."""

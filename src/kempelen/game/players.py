@@ -14,6 +14,7 @@ from pydantic import JsonValue
 
 from kempelen.core.errors import NotationError
 from kempelen.core.protocols import Engine, OnThinking, Thinking
+from kempelen.core.words import say
 from kempelen.game.notation import parse_move
 from kempelen.game.pgn import GameScore
 from kempelen.game.records import PlayerSpec
@@ -108,14 +109,17 @@ class EnginePlayer:
         self._time_left = time_left
         self._resign_below = resign_below
         self._last: Thinking | None = None
+        self._offers_draw = False
         self.spec = PlayerSpec(kind="engine", name=name or engine.name, details=dict(details or {}))
 
     async def propose(self, board: chess.Board, on_thinking: OnThinking) -> Proposal:
         """The engine's choice."""
         seconds = self._affordable(board.turn)
         choice = await self._engine.choose(board, seconds=seconds, on_thinking=on_thinking)
-        self._last = choice.thinking
-        return Resign() if self._hopeless(choice.thinking) else Propose(choice.move)
+        self._last, self._offers_draw = choice.thinking, choice.offers_draw
+        if choice.resigns or self._hopeless(choice.thinking):
+            return Resign()
+        return Propose(choice.move)
 
     def _affordable(self, colour: chess.Color) -> float | None:
         """Time for a move, s: the usual one, or less where the clock would not last."""
@@ -125,7 +129,9 @@ class EnginePlayer:
         return max(min(self._seconds, left / MOVES_TO_GO), LEAST_S)
 
     async def answer_draw(self, board: chess.Board) -> bool:
-        """Agreed in an endgame, or late middlegame, in which the engine sees nothing for itself."""
+        """Agreed where the engine has offered one itself, or late in a game where it sees nothing for itself."""
+        if self._offers_draw:
+            return True
         thinking = self._last
         if thinking is None:
             return False
@@ -224,8 +230,11 @@ class PersonPlayer:
         """
         if self._board is None:
             raise NotationError(
-                f"It is not {self.spec.name}'s turn, so '{text.strip()[:24]}' cannot be played.",
-                hint="Wait until the other side has moved.",
+                say(
+                    "not_your_turn",
+                    f"It is not {self.spec.name}'s turn, so '{text.strip()[:24]}' cannot be played.",
+                ),
+                hint=say("wait_for_other", "Wait until the other side has moved."),
             )
         move = parse_move(text, self._board)
         self._board = None
@@ -240,7 +249,7 @@ class PersonPlayer:
             NotationError: No offer is open.
         """
         if self._draw is None or self._draw.done():
-            raise NotationError("No draw is on offer.")
+            raise NotationError(say("no_draw", "No draw is on offer."))
         self._draw.set_result(agree)
 
     async def propose(self, board: chess.Board, on_thinking: OnThinking) -> Proposal:  # noqa: ARG002 - asked of all

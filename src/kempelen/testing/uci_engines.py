@@ -1,6 +1,6 @@
-"""A small UCI engine that misbehaves on demand.
+"""A small engine that misbehaves on demand, in UCI or in the protocol of xboard.
 
-Run as a program it speaks UCI on stdin and stdout; `write_engine` makes an executable of it with its
+Run as a program it speaks on stdin and stdout; `write_engine` makes an executable of it with its
 arguments built in. It needs python-chess only for moves of its own.
 """
 
@@ -15,6 +15,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 _FOREVER = 3600.0
+_SQUARES = 4  # characters of a move without promotion
+_SILENTLY = frozenset(
+    {"xboard", "accepted", "rejected", "level", "time", "otim", "sd", "st", "post", "easy"}
+    | {"memory", "cores", "option", "?", "quit"}
+)
 
 
 def write_engine(directory: Path, *arguments: str, name: str = "engine") -> Path:
@@ -32,7 +37,9 @@ def _say(line: str) -> None:
 
 
 class FakeEngine:
-    """Answers line by line; on ``go`` it does what its arguments say."""
+    """Answers line by line in UCI; on ``go`` it does what its arguments say."""
+
+    none = "bestmove (none)"
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self._arguments = arguments
@@ -43,10 +50,12 @@ class FakeEngine:
         self._deeds: dict[str, Callable[[], None]] = {
             "die": self._die,
             "hang": self._hang,
-            "none": lambda: _say("bestmove (none)"),
-            "null": lambda: _say("bestmove 0000"),
-            "illegal": lambda: _say("bestmove e2e5"),
-            "nonsense": lambda: _say("bestmove castles"),
+            "none": lambda: _say(self.none),
+            "null": lambda: self._answer("0000"),
+            "illegal": lambda: self._answer("e2e5"),
+            "nonsense": lambda: self._answer("castles"),
+            "resign": lambda: _say("resign"),
+            "draw": self._offer_draw,
             "garbage": self._print_garbage,
             "flood": self._flood,
         }
@@ -104,6 +113,12 @@ class FakeEngine:
         return False
 
     def _play(self) -> None:
+        legal = self._shuffled()
+        for rank, candidate in enumerate(legal[: self._lines], start=1):
+            self._think(rank, candidate)
+        self._answer(legal[0])
+
+    def _shuffled(self) -> list[str]:
         import chess  # noqa: PLC0415 - a fake that only misbehaves should start at once
 
         start, _, moves = self._position.partition("moves")
@@ -111,9 +126,17 @@ class FakeEngine:
         for move in moves.split():
             board.push_uci(move)
         legal = self._dice.sample(list(board.legal_moves), board.legal_moves.count())
-        for rank, candidate in enumerate(legal[: self._lines], start=1):
-            _say(f"info depth 1 multipv {rank} score cp {100 - 50 * rank} nodes 1 pv {candidate.uci()}")
-        _say(f"bestmove {legal[0].uci()}")
+        return [move.uci() for move in legal]
+
+    def _think(self, rank: int, move: str) -> None:
+        _say(f"info depth 1 multipv {rank} score cp {100 - 50 * rank} nodes 1 pv {move}")
+
+    def _answer(self, move: str) -> None:
+        _say(f"bestmove {move}")
+
+    def _offer_draw(self) -> None:
+        _say("offer draw")
+        self._play()
 
     def _die(self) -> None:
         sys.stderr.write("\x1b[31mout of matter\x1b[0m\n")
@@ -130,6 +153,7 @@ class FakeEngine:
             b"\xff\xfe\x00 not text\ninfo depth x score cp pv\ninfo string pv e2e4\nreadyok?\n"
         )
         _say("info depth 3 score cp 12 pv e2e4 e7e5 e1e8")
+        _say("3 12 0 0 e2e4 e7e5 e1e8")
         self._play()
 
     def _flood(self) -> None:
@@ -137,6 +161,45 @@ class FakeEngine:
             sys.stdout.write("x" * (1 << 16))
         _say("")
         self._play()
+
+
+class FakeXBoard(FakeEngine):
+    """The same in the protocol of xboard, version 2; with ``--old`` version 1."""
+
+    none = "1/2-1/2 {I am tired}"
+    _answers = _ponders = False
+
+    def _obey(self, word: str, rest: str) -> None:
+        if word == "protover" and not self._arguments.old:
+            _say('feature done=0 myname="Fake 1.0" usermove=1 setboard=1 ping=1 memory=1 smp=1')
+            _say('feature option="Style -combo *calm /// wild" option="Odds -spin 3 0 9" done=1')
+        elif word == "ping":
+            _say(f"pong {rest}")
+        elif word in {"new", "setboard"}:
+            self._position = f"fen {rest} moves" if rest else "startpos moves"
+        elif word == "usermove" or (self._arguments.old and len(word) == _SQUARES and word[1].isdigit()):
+            self._position += f" {rest or word}"
+            if self._answers and self._ponders:
+                self._go()
+        else:
+            self._turn(word)
+
+    def _turn(self, word: str) -> None:
+        if word == "hard":
+            self._ponders = True
+        elif word in {"go", "force"}:
+            self._answers = word == "go"
+            if self._answers:
+                self._go()
+        elif word not in _SILENTLY:
+            _say(f"Error (unknown command): {word}")
+
+    def _think(self, rank: int, move: str) -> None:
+        _say(f"1 {100 - 50 * rank} 0 1 {move}")
+
+    def _answer(self, move: str) -> None:
+        _say(f"1. ... {move}" if self._arguments.old else f"move {move}")
+        self._position += f" {move}"
 
 
 def _arguments() -> argparse.Namespace:
@@ -151,7 +214,8 @@ def _arguments() -> argparse.Namespace:
         "--child", action="store_true", help="leave a child behind that holds the output open"
     )
     parser.add_argument("--start", default="", help="'die', or seconds before the first word")
-    parser.add_argument("--protocol", default="uci", help="anything else answers 'uci' with an error")
+    parser.add_argument("--protocol", default="uci", help="uci, xboard, or none: answers with errors alone")
+    parser.add_argument("--old", action="store_true", help="version 1 of xboard's protocol")
     return parser.parse_args()
 
 
@@ -162,11 +226,11 @@ def main() -> None:
         sys.exit("cannot find my opening book")
     if arguments.start:
         time.sleep(float(arguments.start))
-    if arguments.protocol != "uci":
+    if arguments.protocol == "none":
         for line in sys.stdin:
             _say(f"Error (unknown command): {line.strip()}")
         return
-    FakeEngine(arguments).run()
+    (FakeXBoard if arguments.protocol == "xboard" else FakeEngine)(arguments).run()
 
 
 if __name__ == "__main__":

@@ -3,17 +3,18 @@
 import difflib
 import random
 import secrets
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import chess
 import chess.engine
 
 from kempelen.core.errors import ConfigError, EngineError
-from kempelen.core.protocols import EngineChoice, OnThinking
+from kempelen.core.protocols import EngineChoice, OnThinking, Thinking
 from kempelen.engines.find import EngineProgram
 from kempelen.engines.strength import FULL, Level, Means, SearchPlan, plan_for
+from kempelen.engines.tongues import Tongue, start_process
 from kempelen.engines.wire import EngineProcess, Findings, OptionValue, Patience
 
 _SECONDS_LEAST, _SECONDS_MOST = 0.01, 3600.0
@@ -28,9 +29,11 @@ class Habits:
         seconds: For each move, 0.01..3600.
         threads: Of the search.
         hash_mb: Of the table of positions, MB.
-        options: Further UCI options by name.
+        options: Further options by name.
         seed: Of the choice among sampled moves: with the same one the same game comes again. None: by chance.
         patience: How long it may be silent, and how often it is started again.
+        ponder: It thinks on in the opponent's time.
+        depth: Half-moves that it looks ahead at most; None: as far as the time allows.
     """
 
     seconds: float = 1.0
@@ -39,6 +42,8 @@ class Habits:
     options: Mapping[str, OptionValue] = field(default_factory=dict)
     seed: int | None = None
     patience: Patience = field(default_factory=Patience)
+    ponder: bool = False
+    depth: int | None = None
 
     def __post_init__(self) -> None:
         check_seconds(self.seconds)
@@ -62,8 +67,8 @@ def check_seconds(seconds: float) -> None:
         )
 
 
-class UciEngine:
-    """A UCI engine at a level (implements `kempelen.core.protocols.Engine`).
+class ProgramEngine:
+    """A UCI or xboard engine at a level (implements `kempelen.core.protocols.Engine`).
 
     A process that dies, falls silent or names an illegal move is ended and started again, and the search is
     repeated, ``patience.restarts`` times at most for one move. What is chosen among sampled moves depends on
@@ -73,11 +78,21 @@ class UciEngine:
         program: What to start.
         level: How strongly it plays.
         habits: Time, memory, options.
+        time_left: Tells a side's time on the game's clock, s; None without one. Engines of xboard manage it
+            themselves, within the time of the move.
     """
 
-    def __init__(self, program: EngineProgram, level: Level = FULL, habits: Habits | None = None) -> None:
+    def __init__(
+        self,
+        program: EngineProgram,
+        level: Level = FULL,
+        habits: Habits | None = None,
+        time_left: Callable[[chess.Color], float | None] = lambda _: None,
+    ) -> None:
         self.name = _shown(program.name, level)
         self._program = program
+        self._tongue = program.tongue
+        self._time_left = time_left
         self._level = level
         self._habits = habits or Habits()
         self._seed = secrets.randbits(32) if self._habits.seed is None else self._habits.seed
@@ -89,7 +104,7 @@ class UciEngine:
         """Start the engine.
 
         Raises:
-            EngineError: It cannot be executed, is no UCI engine, or cannot play the level.
+            EngineError: It cannot be executed, speaks neither UCI nor xboard, or cannot play the level.
             ConfigError: An option is unknown to it or out of range.
         """
         await self._running()
@@ -104,6 +119,11 @@ class UciEngine:
         """What the running engine lets its user set, by name: kind and range in words."""
         offered = self._process.options if self._process else {}
         return {name: _in_words(option) for name, option in offered.items()}
+
+    @property
+    def tongue(self) -> Tongue | None:
+        """The protocol that it speaks; None until it is known."""
+        return self._tongue
 
     @property
     def pid(self) -> int | None:
@@ -130,15 +150,24 @@ class UciEngine:
         limit = self._habits.seconds if seconds is None else seconds
         check_seconds(limit)
         findings = await self._search(board, limit, on_thinking)
+        if findings.resigns:
+            return EngineChoice(chess.Move.null(), findings.lines.get(1, Thinking()), resigns=True)
         dice = random.Random(f"{self._seed} {board.ply()} {board.fen()}")  # noqa: S311 - chance in play, no secret
-        return self._plan.choose(findings, dice)
+        return replace(self._plan.choose(findings, dice), offers_draw=findings.offers_draw)
 
     async def _search(self, board: chess.Board, seconds: float, on_thinking: OnThinking | None) -> Findings:
         faults: list[EngineError] = []
         while len(faults) <= self._habits.patience.restarts:
             try:
                 process = await self._running()
-                return await process.search(board, self._plan.limit(seconds), self._game, on_thinking)
+                limit = self._limit(seconds)
+                return await process.search(
+                    board,
+                    limit,
+                    self._game,
+                    on_thinking,
+                    ponder=self._habits.ponder and self._plan.lines == 1,
+                )
             except EngineError as fault:
                 faults.append(fault)
                 await self._close(politely=False)
@@ -148,6 +177,14 @@ class UciEngine:
             hint="The game is kept. Try another engine (--engine) or more time (--move-time), and resume.",
         ) from faults[-1]
 
+    def _limit(self, seconds: float) -> chess.engine.Limit:
+        limit = self._plan.limit(seconds)
+        if self._habits.depth is not None and (limit.depth is None or limit.depth > self._habits.depth):
+            limit.depth = self._habits.depth
+        if self._tongue is Tongue.XBOARD:
+            limit.white_clock, limit.black_clock = self._time_left(chess.WHITE), self._time_left(chess.BLACK)
+        return limit
+
     async def _running(self) -> EngineProcess:
         if self._process is None:
             self._process = await self._started()
@@ -155,7 +192,7 @@ class UciEngine:
 
     async def _started(self) -> EngineProcess:
         try:
-            process = await EngineProcess.start(self._program.command, self._habits.patience)
+            process = await start_process(self._program.command, self._habits.patience, self._tongue)
         except EngineError as fault:
             raise self._in_context(fault) from fault
         try:
@@ -167,8 +204,9 @@ class UciEngine:
         except BaseException:
             await process.close(politely=False)
             raise
+        self._tongue = Tongue(process.tongue)
         if process.name and self._level.means is not Means.MAIA:
-            self.name = _shown(process.name, self._level)
+            self.name = _shown(process.name, self._level, sampled=process.apart and self._plan.lines > 1)
         return process
 
     def _in_context(self, fault: EngineError) -> EngineError:
@@ -195,9 +233,10 @@ class UciEngine:
         return settings | dict(self._plan.options)
 
 
-def _shown(name: str, level: Level) -> str:
+def _shown(name: str, level: Level, *, sampled: bool = False) -> str:
     """A Maia network's name tells its strength; it matters more than the program that evaluates it."""
-    return name if level.means is Means.MAIA else f"{name} ({level})"
+    how = f"{level}, by sampling" if sampled else str(level)
+    return name if level.means is Means.MAIA else f"{name} ({how})"
 
 
 def _in_words(option: chess.engine.Option) -> str:
