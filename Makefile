@@ -57,7 +57,7 @@ browser:
 	@sh tools/browser.sh
 
 test: lint page web-test browser
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --cov --cov-report= $(ARGS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --cov --cov-report= $(ARGS)
 	@for part in $(GATED); do \
 		echo "Lines of $$part covered (at least $(LEAST_COVERAGE) %):"; \
 		$(BIN)/coverage report --skip-covered --show-missing --include="src/kempelen/$$part/*" \

@@ -19,6 +19,16 @@ os.environ.setdefault("KEMPELEN_SENSOR", "none")  # tests of other things do not
 hypothesis.settings.register_profile("kempelen", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("kempelen")
 
+_LONG = ("browser", "scenario")
+"""Folders of files that take minutes each, most of it waiting."""
+
+
+@pytest.hookimpl(trylast=True)  # after they were shuffled
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Long files come first: a worker that began one last would work alone in the end."""
+    items.sort(key=lambda item: item.path.parent.name not in _LONG)
+
+
 _GRACE = 2.0  # s: the kernel and joining threads are asynchronous; a leak is what is still there after this
 
 
