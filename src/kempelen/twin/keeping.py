@@ -12,15 +12,26 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, Protocol, TextIO
 
 from kempelen.core.errors import TwinError
-from kempelen.twin.grbl import VirtualGrbl
 from kempelen.twin.physics.world import World
 
 VERSION = 2
 _WAIT_S = 45.0
 _POLL_S = 0.02
+
+
+class Keepable(Protocol):
+    """A controller and what it drives."""
+
+    def snapshot(self) -> dict[str, Any]:
+        """JSON-able."""
+        ...
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """The inverse of `snapshot`."""
+        ...
 
 
 class StateLock:
@@ -95,13 +106,13 @@ def _in_use(path: Path) -> TwinError:
     )
 
 
-def save_state(path: Path, controller: VirtualGrbl, world: World) -> None:
+def save_state(path: Path, machine: Keepable, world: World) -> None:
     """Write atomically.
 
     Raises:
         TwinError: it cannot be written; nothing is kept then.
     """
-    state = {"version": VERSION, "controller": controller.snapshot(), "world": world.snapshot().decode()}
+    state = {"version": VERSION, "controller": machine.snapshot(), "world": world.snapshot().decode()}
     temporary = path.with_suffix(".new")
     try:
         with temporary.open("w") as file:
@@ -133,7 +144,7 @@ def _sync(folder: Path) -> None:
         os.close(handle)
 
 
-def load_state(path: Path, controller: VirtualGrbl, world: World) -> None:
+def load_state(path: Path, machine: Keepable, world: World) -> None:
     """Continue from a saved table.
 
     Raises:
@@ -146,7 +157,7 @@ def load_state(path: Path, controller: VirtualGrbl, world: World) -> None:
             raise TwinError(
                 f"{path} is of version {state['version']}, this program reads {VERSION}.", hint=hint
             )
-        controller.restore(state["controller"])
+        machine.restore(state["controller"])
         world.restore(state["world"].encode())
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise TwinError(f"The table kept in {path} cannot be read: {error!r}.", hint=hint) from None

@@ -19,9 +19,8 @@ from kempelen.core.errors import TwinError
 from kempelen.twin.cameras.crew import CameraCrew
 from kempelen.twin.control import ControlServer, Pending, Reply
 from kempelen.twin.faults import apply_fault
-from kempelen.twin.grbl import VirtualGrbl
 from kempelen.twin.keeping import StateLock, forget_state, load_state, save_state
-from kempelen.twin.machine import Point, make_controller, make_scene, tool_point
+from kempelen.twin.machine import Controller, Point, make_drive, make_scene
 from kempelen.twin.physics.person import manner
 from kempelen.twin.physics.world import World
 from kempelen.twin.reed.board import TwinReed
@@ -68,11 +67,12 @@ class TwinLoop:
 
     def _build(self, spec: TwinSpec) -> None:
         """World, controller, wire and side door, while the cameras start."""
-        self._controller: VirtualGrbl = make_controller(spec)
-        self._world = World(make_scene(spec), seed=spec.seed, joints=self._tool())
+        self._drive = make_drive(spec)
+        self._controller: Controller = self._drive.controller
+        self._world = World(make_scene(spec), seed=spec.seed, joints=self._drive.follow(0.0))
         self._wire = make_wire(spec.wire, spec.link)
         if spec.resume:
-            load_state(Path(spec.state), self._controller, self._world)
+            load_state(Path(spec.state), self._drive, self._world)
             self._wire.keep_dtr()
         self._reed = TwinReed(spec.reed, self._world.scene, spec.seed) if spec.reed else None
         self._control = ControlServer(Path(spec.control), self._handlers())
@@ -120,7 +120,7 @@ class TwinLoop:
         return (
             self._controller.idle()
             and self._world.settled()
-            and self._world.gripper_closed == self._gripper_closed()
+            and self._world.gripper_closed == self._drive.closed
             and not self._control.waiting
         )
 
@@ -150,7 +150,7 @@ class TwinLoop:
         if not self._controller.idle():
             self._busy_s += dt
         self._controller.advance(dt)
-        self._world.step(dt, self._tool(), self._gripper_closed())
+        self._world.step(dt, self._drive.follow(dt), self._drive.closed)
 
     def _be_patient(self) -> None:
         if not self._controller.starving():
@@ -193,12 +193,6 @@ class TwinLoop:
         if self._controller.faults.take_link_drop():
             self._wire.drop()
 
-    def _tool(self) -> tuple[float, float, float]:
-        return tool_point(self._spec.space, self._controller)
-
-    def _gripper_closed(self) -> bool:
-        return not self._controller.flood_on
-
     # --- the side door -------------------------------------------------------------------------------------
 
     def _handlers(self) -> dict[str, Any]:
@@ -236,7 +230,8 @@ class TwinLoop:
         return {
             "pieces": pieces,
             "tool": list(self._world.tool_mm),
-            "closed": self._gripper_closed(),
+            "joints": list(self._world.joints) if self._spec.arm else None,
+            "closed": self._drive.closed,
             "hand": self._world.person.hand.tolist() if self._world.person.busy else None,
             "resting": self._quiet(),
             **self._times(),
@@ -250,7 +245,7 @@ class TwinLoop:
         }
 
     def _stats(self, _request: Mapping[str, Any]) -> Reply:
-        return {**self._times(), "cameras": self._cameras.state()}
+        return {**self._times(), **self._drive.told(), "cameras": self._cameras.state()}
 
     def _change_camera(self, request: Mapping[str, Any]) -> Reply:
         """Other settings of a camera: ``{"camera": 0, "change": {"lighting": {"on": false}}}``."""
@@ -329,7 +324,7 @@ class TwinLoop:
             self._advance(STEP_S)
         try:
             if self._spec.state:
-                save_state(Path(self._spec.state), self._controller, self._world)
+                save_state(Path(self._spec.state), self._drive, self._world)
         finally:
             self._cameras.close()
             self._control.close()

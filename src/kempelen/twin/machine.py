@@ -1,25 +1,188 @@
-"""The virtual machine behind the virtual controller, and where that puts the tool point."""
+"""The virtual machine behind the virtual controller, and where that puts its joints."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any, Protocol
 
 from kempelen.core.table import WorkSpace
-from kempelen.twin.grbl import Machine, VirtualGrbl
+from kempelen.kinematics import load_arm
+from kempelen.twin.grbl import Faults, Machine, VirtualArm, VirtualGrbl
+from kempelen.twin.physics.mechanism import Mechanism, true_arm
 from kempelen.twin.physics.scene import Scene
-from kempelen.twin.spec import TwinSpec
+from kempelen.twin.spec import ArmSpec, TwinSpec
 
 Point = tuple[float, float, float]
 
 _POWER_UP = (0.35, 0.6, 0.8)  # where the carriage happens to be when the power comes on, shares of the box
 
 
+class Controller(Protocol):
+    """A virtual controller: bytes and seconds in, bytes out."""
+
+    @property
+    def faults(self) -> Faults:
+        """What is broken; may be changed at any time."""
+        ...
+
+    @property
+    def time_s(self) -> float:
+        """Since power-up."""
+        ...
+
+    def receive(self, data: bytes) -> None:
+        """Bytes from the host."""
+        ...
+
+    def take_output(self) -> bytes:
+        """What has reached the host since the last call."""
+        ...
+
+    def reset_by_dtr(self) -> None:
+        """The host has opened the port."""
+        ...
+
+    def advance(self, dt: float) -> None:
+        """Let ``dt`` seconds pass."""
+        ...
+
+    def idle(self) -> bool:
+        """Whether nothing happens until somebody says something."""
+        ...
+
+    def starving(self) -> bool:
+        """Whether it would be slow for want of lines."""
+        ...
+
+    def snapshot(self) -> dict[str, Any]:
+        """JSON-able."""
+        ...
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """The inverse of `snapshot`."""
+        ...
+
+
+class Drive(Protocol):
+    """A controller and what it drives."""
+
+    @property
+    def controller(self) -> Controller:
+        """At the end of the wire."""
+        ...
+
+    @property
+    def closed(self) -> bool:
+        """Whether the gripper is without power, so that its spring closes it."""
+        ...
+
+    def follow(self, dt: float) -> Sequence[float]:
+        """Where the joints truly are ``dt`` seconds after the last time: mm or rad."""
+        ...
+
+    def told(self) -> dict[str, Any]:
+        """What is to be known of the machine from the side door."""
+        ...
+
+    def snapshot(self) -> dict[str, Any]:
+        """JSON-able, the controller's state included."""
+        ...
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """The inverse of `snapshot`."""
+        ...
+
+
+class GantryDrive:
+    """A G-code controller and three slides.
+
+    Args:
+        spec: Whose work space they have.
+    """
+
+    def __init__(self, spec: TwinSpec) -> None:
+        self._space = spec.space
+        self.controller = make_controller(spec)
+        self.snapshot, self.restore = self.controller.snapshot, self.controller.restore
+
+    @property
+    def closed(self) -> bool:
+        """Whether the coolant output is off."""
+        return not self.controller.flood_on
+
+    def follow(self, dt: float) -> Point:
+        """(x, y, z) of the carriage, robot frame, mm."""
+        del dt
+        return tool_point(self._space, self.controller)
+
+    def told(self) -> dict[str, Any]:
+        """Nothing but the tool point, which everybody knows."""
+        return {}
+
+
+class ArmDrive:
+    """A multi-axis controller and an arm with its flaws.
+
+    Args:
+        spec: Which arm, and how it truly is.
+        baud: Speed of the serial line, bit/s; 0 for one without delay.
+
+    Raises:
+        ConfigError: there is no such arm, or the flaws are of another one.
+    """
+
+    def __init__(self, spec: ArmSpec, baud: int) -> None:
+        arm = load_arm(spec.arm)
+        self.controller = VirtualArm(arm, baud=baud)
+        self._mechanism = Mechanism(arm, spec.flaws)
+
+    @property
+    def closed(self) -> bool:
+        """What the controller's outputs say."""
+        return self.controller.gripper_closed
+
+    def follow(self, dt: float) -> Sequence[float]:
+        """(n,) true joint angles, rad."""
+        controller = self.controller
+        joints: list[float] = self._mechanism.follow(dt, controller.motors, controller.homings).tolist()
+        return joints
+
+    def told(self) -> dict[str, Any]:
+        """How often it was homed, how often each joint has stopped since, and how far each is off, rad."""
+        mechanism = self._mechanism
+        return {
+            "homings": self.controller.homings,
+            "stops": mechanism.stops.tolist(),
+            "errors": mechanism.errors.tolist(),
+        }
+
+    def snapshot(self) -> dict[str, Any]:
+        """JSON-able, the controller's state included."""
+        return {"controller": self.controller.snapshot(), "mechanism": self._mechanism.snapshot()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """The inverse of `snapshot`."""
+        self.controller.restore(state["controller"])
+        self._mechanism.restore(state["mechanism"])
+
+
+def make_drive(spec: TwinSpec) -> Drive:
+    """The machine just powered up."""
+    return GantryDrive(spec) if spec.arm is None else ArmDrive(spec.arm, spec.baud)
+
+
 def make_scene(spec: TwinSpec) -> Scene:
-    """The table as laid."""
+    """The table as laid, with the robot as it truly is; an arm stands on the table that the board lies on."""
     scene = Scene.from_layout(spec.table(), spec.standing(), seed=spec.seed, scatter=spec.scatter)
-    return replace(scene, look=spec.look, person=spec.person)
+    scene = replace(scene, look=spec.look, person=spec.person)
+    if spec.arm is None:
+        return scene
+    level = float(scene.table.robot_from_board.translation[2])
+    thickness = max(scene.board_thickness, level)
+    return replace(scene, arm=true_arm(load_arm(spec.arm.arm), spec.arm.flaws), board_thickness=thickness)
 
 
 def make_controller(spec: TwinSpec) -> VirtualGrbl:
-    """A controller just powered up, its carriage somewhere above the table."""
+    """A gantry's controller just powered up, its carriage somewhere above the table."""
     space = spec.space
     start = [
         low + share * (high - low) - offset
