@@ -1,5 +1,6 @@
 """`kempelen calibrate`: where the board is, from touched corners."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -30,6 +31,13 @@ def calibrate_board(
             "--white", help="Where White sits in the camera's picture.", show_default="told by the pieces"
         ),
     ] = None,
+    arm: Annotated[
+        bool, typer.Option("--arm", help="Find out how an arm differs from its parameter file.")
+    ] = False,
+    points: Annotated[
+        Path | None,
+        typer.Option("--points", help="For --arm: lines of x, y, z (mm on the board), joints (degrees)."),
+    ] = None,
     show: Annotated[bool, typer.Option("--show", help="Show the calibration that is in force.")] = False,
     robot: RobotOption = None,
     port: PortOption = None,
@@ -40,6 +48,7 @@ def calibrate_board(
 
     With --camera, measure where the camera stands instead; the board's corners must have been touched, and
     the pieces stand as at a game's start. A board that is bumped later is measured by the camera alone.
+    With --arm, twelve points of the board tell the arm's joints and links, and where it stands.
     A game in progress is kept: end it with Ctrl-C, calibrate, resume.
 
     Examples:
@@ -47,6 +56,7 @@ def calibrate_board(
         kempelen calibrate --port /dev/ttyUSB0
         kempelen calibrate --corner a1=150,25,0 --corner h1=550,25,0
         kempelen calibrate --camera --source realsense
+        kempelen calibrate --arm --robot arm
         kempelen calibrate --show
     """
     from kempelen.cli import corners as work
@@ -57,6 +67,10 @@ def calibrate_board(
     )
     if show:
         work.show(settings.calibration_path)
+    elif arm:
+        from kempelen.cli import calibrate_arm
+
+        calibrate_arm.measure(settings, points)
     elif camera:
         from kempelen.cli import calibrate_camera
 
