@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 from math import hypot
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
-from kempelen.core.geometry import Transform
+from kempelen.core.geometry import Array, Transform
 
 Point = tuple[float, float, float]
+Number = TypeVar("Number", float, Array)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +39,11 @@ class Surface:
         slope = (float(-normal[0] / normal[2]), float(-normal[1] / normal[2]))
         return cls(name, (x, y, z), (float(ax / scale), float(ay / scale)), size, slope)
 
-    def height(self, x: float, y: float) -> float:
-        """Height z of its plane at (x, y)."""
+    def height(self, x: Number, y: Number) -> Number:
+        """Height z of its plane at (x, y); of many places as arrays."""
         return self.corner[2] + self.slope[0] * (x - self.corner[0]) + self.slope[1] * (y - self.corner[1])
 
-    def local(self, x: float, y: float) -> tuple[float, float]:
-        """Where (x, y) lies along its two sides, from its corner."""
+    def local(self, x: Number, y: Number) -> tuple[Number, Number]:
+        """Where (x, y) lies along its two sides, from its corner; of many places as arrays."""
         dx, dy = x - self.corner[0], y - self.corner[1]
         return dx * self.along[0] + dy * self.along[1], dy * self.along[0] - dx * self.along[1]

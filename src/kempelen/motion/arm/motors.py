@@ -28,6 +28,7 @@ LOCATE = 3.0
 """Speed at which it is touched for the second time, deg/s."""
 PULL_OFF = 2.0
 """$27, degrees: how far a motor backs off its switch."""
+_HOMING = 3.0  # $22: there are switches, and axes may be homed one by one
 _HEADROOM = 2.0  # a controller's ramps within segments must be steeper than the path that they follow
 
 
@@ -143,7 +144,7 @@ class Motors:
         """``$`` number to the value that fits this arm; degrees, degrees/min, degrees/s²."""
         away = sum(1 << axis for axis, way in enumerate(self.motor_towards) if way < 0)
         turned = sum(1 << axis for axis, steps in enumerate(self.arm.steps_per_rad) if steps < 0)
-        values = {1: 255.0, 3: float(turned), 10: 1.0, 11: JUNCTION, 13: 0.0, 20: 0.0, 21: 0.0, 22: 1.0}
+        values = {1: 255.0, 3: float(turned), 10: 1.0, 11: JUNCTION, 13: 0.0, 20: 0.0, 21: 0.0, 22: _HOMING}
         values |= {23: float(away), 24: 60.0 * LOCATE, 25: 60.0 * SEEK, 27: PULL_OFF}
         values |= {44 + place: float(1 << joint) for place, joint in enumerate(self.order)}
         return values | {number: round(value, 6) for number, value in self._axis_settings()}

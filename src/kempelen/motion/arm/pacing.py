@@ -97,15 +97,14 @@ def _fastest(arm: Arm, points: Array, step: float) -> Array:
     Forwards as fast as every joint can speed up, backwards as it can brake (time-optimal path
     parameterisation, Bobrow 1985), with the acceleration that a bend takes reserved at both ends of a step.
     """
-    slope = np.gradient(points, step, axis=0)
-    bend = np.abs(np.gradient(slope, step, axis=0))
+    slope: Array = np.gradient(points, step, axis=0)
+    bend: Array = np.abs(np.gradient(slope, step, axis=0))
     slope = np.maximum(np.abs(slope), _TINY)
     bend = np.maximum(bend, _TINY)
     cap = np.minimum((arm.velocity / slope) ** 2, _BEND * arm.acceleration / bend).min(axis=1)
     cap[0] = cap[-1] = 0.0
-    slopes: list[list[float]] = slope.tolist()
-    bends: list[list[float]] = bend.tolist()
-    squares = cap.tolist()
+    slopes, bends = ([[float(one) for one in row] for row in rows] for rows in (slope, bend))
+    squares = [float(one) for one in cap]
     for _ in ("forwards", "backwards"):
         squares = _forwards(squares, slopes, bends, arm.acceleration.tolist(), 2 * step)
         squares, slopes, bends = squares[::-1], slopes[::-1], bends[::-1]

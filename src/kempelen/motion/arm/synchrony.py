@@ -1,8 +1,8 @@
 """Point to point, all joints together: they start and arrive at the same time, each within its limits.
 
 Every joint goes its own way in proportion to one common share from 0 to 1, so that the path is a straight
-line in joint space, whatever the limits; the joint with most to do is at its limit. Source: the Lab-Volt paper's
-joint synchronisation.
+line in joint space, whatever the limits; the joint with most to do is at its limit. Source: the Lab-Volt
+paper's joint synchronisation.
 """
 
 from dataclasses import dataclass

@@ -1,0 +1,170 @@
+"""How the gripper stands at a place: which tilt, which roll, and where it waits.
+
+The fingers close across the arm's upright plane, so that tilting turns the pads about their own closing
+axis and the piece between them stays upright. Let go at another tilt than it was gripped at, it would lean:
+one tilt serves both ends of a transfer.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from kempelen.core.errors import ReachError
+from kempelen.core.geometry import Array
+from kempelen.core.pieces import piece_name
+from kempelen.core.places import Place, Transfer
+from kempelen.core.table import Table
+from kempelen.kinematics.arm import Arm
+from kempelen.kinematics.chain import forward, frames
+from kempelen.kinematics.tilt import tilt_range
+from kempelen.motion.arm.body import capsules, hand, hand_capsule, prisms
+from kempelen.motion.arm.guidance import Pose, joints_at
+from kempelen.motion.arm.obstacles import gaps, obstacles
+from kempelen.motion.scene import Scene
+
+TILT_MARGIN = float(np.radians(1.0))
+"""How far inside the possible tilts one is chosen, if there is room: at their ends the arm is stretched."""
+_ROLLS = np.radians([0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0, 75.0, -75.0, 90.0])
+_LOOK = 30.0
+"""Neighbours farther from the fingers than this do not matter, mm."""
+
+
+def tilts_between(arm: Arm, points: Array) -> tuple[float, float] | None:
+    """Least and greatest tilt, rad, that all of the tool points (m, 3) allow; None if there is none."""
+    found = tilt_range(arm, points)
+    low, high = float(found[:, 0].max()), float(found[:, 1].min())
+    return (low, high) if low <= high else None
+
+
+def transfer_tilt(arm: Arm, table: Table, transfer: Transfer) -> float:
+    """The least tilt, rad, at which a piece can both be gripped and be let go.
+
+    Raises:
+        ReachError: there is none: which end allows which tilts.
+    """
+    kind = transfer.piece.piece_type
+    points = np.array([table.grip_point(transfer.source, kind), table.release_point(transfer.target, kind)])
+    both = tilts_between(arm, points)
+    if both is None:
+        raise _no_tilt(arm, transfer, points)
+    return least_of(*both)
+
+
+def least_of(low: float, high: float) -> float:
+    """The tilt nearest to straight down that keeps its distance from the ends of a range, rad."""
+    margin = min(TILT_MARGIN, (high - low) / 2)
+    return float(np.clip(0.0, low + margin, high - margin))
+
+
+def _no_tilt(arm: Arm, transfer: Transfer, points: Array) -> ReachError:
+    ends = (
+        f"{place}: " + ("out of reach" if np.isnan(row).any() else f"{row[0]:.0f}° to {row[1]:.0f}°")
+        for place, row in zip(
+            (transfer.source, transfer.target), np.degrees(tilt_range(arm, points)), strict=True
+        )
+    )
+    return ReachError(
+        f"The {piece_name(transfer.piece)} cannot be carried from {transfer.source} to {transfer.target} by "
+        f"{arm.title or arm.name}: no tilt of the gripper is possible at both ends ({', '.join(ends)}).",
+        hint="Set it down between, on a place that is free, or move board and trays nearer together.",
+    )
+
+
+def between(arm: Arm, table: Table, transfer: Transfer, free: tuple[Place, ...]) -> Place | None:
+    """The nearest free place to set a piece down and grip it anew, where no tilt is common."""
+    kind = transfer.piece.piece_type
+    ends = table.grip_point(transfer.source, kind), table.release_point(transfer.target, kind)
+
+    def serves(place: Place) -> bool:
+        there = table.grip_point(place, kind), table.release_point(place, kind)
+        return all(tilts_between(arm, np.array([end, *there])) is not None for end in ends)
+
+    def way(place: Place) -> float:
+        return float(sum(np.linalg.norm(table.centre(place) - end) for end in ends))
+
+    return next((place for place in sorted(free, key=way) if serves(place)), None)
+
+
+def pose_over(point: Array, tilt: float = 0.0, roll: float = 0.0) -> Pose:
+    """The hand's pose with the tool point at (3,) mm."""
+    x, y, z = point.tolist()
+    return Pose(float(np.arctan2(y, x)), float(np.hypot(x, y)), z, tilt, roll)
+
+
+def best_roll(arm: Arm, scene: Scene, point: Array, tilt: float) -> float:
+    """The roll, rad, at which the open fingers around a piece stay farthest from its neighbours.
+
+    Only straight down is there a choice. No turn (0) is best wherever it leaves the lateral clearance.
+    """
+    if abs(tilt) > _UPRIGHT or not scene.places:
+        return 0.0
+    rows = np.tile(pose_over(point, tilt).row, (len(_ROLLS), 1))
+    rows[:, 4] = _ROLLS
+    joints = joints_at(arm, rows)
+    if not np.isfinite(joints).all():
+        return 0.0
+    shape = hand(arm, scene.table.gripper, None)
+    parts = prisms(shape, forward(arm, joints))
+    sample, part, _, gap = gaps(parts, obstacles(scene, parts, open_hand=True), np.full(len(rows), _LOOK))
+    others = ~np.isin(part, [i for i, name in enumerate(shape.names) if name == "the palm"])
+    room = np.full(len(rows), _LOOK)
+    np.minimum.at(room, sample[others], gap[others])
+    return 0.0 if room[0] >= scene.clearances.lateral else float(_ROLLS[int(room.argmax())])
+
+
+_UPRIGHT = 1e-6
+
+
+# --- waiting ----------------------------------------------------------------------------------------------
+
+
+def park_joints(arm: Arm, table: Table, near: Array) -> Array:
+    """Where the arm waits, (n,) rad: all of it beside the board as seen from above, soon reached."""
+    joints, clear = _waiting(arm, table)
+    good = clear >= min(table.aside + _VIEW, float(clear.max()) - _TINY)
+    travel = (np.abs(joints - near) / arm.velocity).max(axis=1)
+    travel[~good] = np.inf
+    found: Array = joints[int(travel.argmin())]
+    return found
+
+
+_VIEW = 2.0  # mm
+_TINY = 1e-6
+
+
+@lru_cache(maxsize=8)
+def _waiting(arm: Arm, table: Table) -> tuple[Array, Array]:
+    """Folded postures (m, n) rad and how far they are from the board in plan (m,), mm; below 0 over it."""
+    low, high = arm.ranges[0]
+    azimuths = np.linspace(low, high, 64)
+    azimuths = np.append(azimuths[np.abs(azimuths) <= _BEHIND], 0.0)
+    rows = np.array([
+        (azimuth, radius, table.park_height + lift, 0.0, 0.0)
+        for azimuth in azimuths
+        for radius in np.arange(60.0, 240.0, 10.0)
+        for lift in (10.0, 60.0, 110.0)
+    ])  # fmt: skip
+    joints = joints_at(arm, rows)
+    joints = joints[np.isfinite(joints).all(axis=1)]
+    joints = np.concatenate((joints, arm.home[None]))
+    return joints, _beside_board(arm, table, joints)
+
+
+_BEHIND = np.radians(135.0)
+
+
+def _beside_board(arm: Arm, table: Table, joints: Array) -> Array:
+    at = frames(arm, joints)
+    found, shape = capsules(arm, at), hand(arm, table.gripper, None)
+    tip, root, radius = hand_capsule(shape, at[:, -1])
+    share = np.linspace(0.0, 1.0, 7)[:, None, None, None]
+    start = np.concatenate((found.start, tip[:, None]), axis=1)
+    end = np.concatenate((found.end, root[:, None]), axis=1)
+    points = start + share * (end - start)  # (7, m, b, 3)
+    board = table.surfaces[0]
+    u, v = board.local(points[..., 0], points[..., 1])
+    du = np.maximum(-u, u - board.size[0])
+    dv = np.maximum(-v, v - board.size[1])
+    outside = np.hypot(np.maximum(du, 0.0), np.maximum(dv, 0.0)) + np.minimum(np.maximum(du, dv), 0.0)
+    out: Array = (outside - np.append(found.radius, radius)).min(axis=(0, 2))
+    return out

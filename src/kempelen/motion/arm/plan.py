@@ -1,0 +1,168 @@
+"""Plans for an arm: approach a piece, carry it, leave it.
+
+Each plan is swept, with all of the arm, before anyone sees it: one that would touch something is an error and
+is never sent.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from kempelen.core.errors import MotionError
+from kempelen.core.geometry import Array
+from kempelen.core.pieces import piece_name
+from kempelen.core.places import Transfer
+from kempelen.kinematics.arm import Arm
+from kempelen.kinematics.chain import forward
+from kempelen.motion.arm.grasp import best_roll, park_joints, pose_over, transfer_tilt
+from kempelen.motion.arm.guidance import BOW, posture
+from kempelen.motion.arm.pacing import paced
+from kempelen.motion.arm.sweep import Held, sweep_arm
+from kempelen.motion.arm.synchrony import least_seconds, require_ranges
+from kempelen.motion.arm.trapezoid import Task, paths
+from kempelen.motion.scene import Scene
+from kempelen.motion.sweep import Contact
+
+PLANNER = "slanted-trapezoid"
+_TRIES = 4
+"""Ways that kept their clearances and are swept before giving up."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmPlan:
+    """A motion that may be driven.
+
+    Attributes:
+        joints: (n, k) rad, from the start to the end.
+        times: (n,) s, from 0.
+        seconds: How long it takes, from rest to rest.
+        bound: No motion of these joints between these ends is faster, s.
+        vertices: (n, 3) mm, the tool point at each of them, robot frame: for pictures.
+        tilt: Of the gripper at the end, rad.
+        planner: Name of the planner.
+    """
+
+    joints: Array
+    times: Array
+    seconds: float
+    bound: float
+    vertices: Array
+    tilt: float
+    planner: str = PLANNER
+
+
+def plan_arm_approach(
+    arm: Arm, scene: Scene, start: npt.ArrayLike, transfer: Transfer, *, bow: float = BOW
+) -> ArmPlan:
+    """With open fingers from joint angles (n,) rad to the grip of the piece on ``transfer.source``.
+
+    The tilt is the least at which the piece can also be let go on ``transfer.target``. ``start`` may also be
+    where another piece has just been released: the hand then rises off that one first.
+
+    Raises:
+        MotionError: nothing stands there; out of reach; a joint's limit on the way; something touched.
+    """
+    piece = scene.standing.get(transfer.source)
+    if piece is None:
+        raise MotionError(
+            f"Nothing stands on {transfer.source}, so nothing can be gripped there.",
+            hint="Check the position on the table against the game.",
+        )
+    title = f"Reaching for the {piece_name(piece)} on {transfer.source}"
+    tilt = transfer_tilt(arm, scene.table, transfer)
+    end = _at(arm, scene, scene.table.grip_point(transfer.source, piece.piece_type), tilt, title)
+    return plan_arm_reach(arm, scene, start, end, title=title, bow=bow)
+
+
+def plan_arm_carry(
+    arm: Arm, scene: Scene, transfer: Transfer, start: npt.ArrayLike, *, bow: float = BOW
+) -> ArmPlan:
+    """With the piece in the closed fingers from joint angles (n,) rad to where it is let go.
+
+    Args:
+        arm: Whose.
+        scene: With the piece on its source, or without it.
+        transfer: What to carry.
+        start: Where the joints are: at the end of the approach, or elsewhere when the piece is already held.
+        bow: How far guided motion may leave its line, mm.
+
+    Raises:
+        MotionError: the target is taken; out of reach; a joint's limit on the way; something touched.
+    """
+    kind = transfer.piece.piece_type
+    if scene.standing.get(transfer.source) == transfer.piece:
+        scene = scene.without(transfer.source)
+    if transfer.target in scene.standing:
+        raise MotionError(
+            f"{transfer.target} is taken by the {piece_name(scene.standing[transfer.target])}; the "
+            f"{piece_name(transfer.piece)} from {transfer.source} cannot be set down there.",
+            hint="Check the position on the table against the game.",
+        )
+    title = f"Carrying the {piece_name(transfer.piece)} from {transfer.source} to {transfer.target}"
+    tilt = transfer_tilt(arm, scene.table, transfer)
+    end = _at(arm, scene, scene.table.release_point(transfer.target, kind), tilt, title)
+    held = Held(scene.table.pieces[kind], tilt)
+    return checked(Task(arm, scene, _joints(start), end, held, title, bow))
+
+
+def plan_arm_leave(
+    arm: Arm, scene: Scene, start: npt.ArrayLike, end: npt.ArrayLike | None = None, *, bow: float = BOW
+) -> ArmPlan:
+    """With open fingers from joint angles (n,) rad, where a piece was released, to ``end`` or where it waits.
+
+    Raises:
+        MotionError: a joint at its limit on the way; something would be touched.
+    """
+    first = _joints(start)
+    last = park_joints(arm, scene.table, first) if end is None else _joints(end)
+    return plan_arm_reach(arm, scene, first, last, title="Leaving", bow=bow)
+
+
+def plan_arm_reach(
+    arm: Arm,
+    scene: Scene,
+    start: npt.ArrayLike,
+    end: npt.ArrayLike,
+    *,
+    title: str = "Moving the open hand",
+    bow: float = BOW,
+) -> ArmPlan:
+    """With open fingers from any joint angles (n,) rad to any others.
+
+    Raises:
+        MotionError: a joint at its limit on the way; something would be touched.
+    """
+    return checked(Task(arm, scene, _joints(start), _joints(end), None, title, bow))
+
+
+def checked(task: Task) -> ArmPlan:
+    """The first way that touches nothing, by the swept test.
+
+    Raises:
+        MotionError: what would be touched, where and by how much, or which joint comes to its limit.
+    """
+    require_ranges(task.arm, np.stack((task.start, task.end)), task.title)
+    touched: list[Contact] = []
+    for _, path in zip(range(_TRIES), paths(task), strict=False):
+        timed = paced(task.arm, path)
+        touched = sweep_arm(task.arm, task.scene, timed.joints, task.held)
+        if not touched:
+            tool = forward(task.arm, timed.joints)[:, :3, 3]
+            bound = least_seconds(task.arm, task.start, task.end)
+            tilt = task.held.tilt if task.held else 0.0
+            return ArmPlan(timed.joints, timed.times, timed.seconds, bound, tool, tilt)
+    what = f": {touched[0]}" if touched else ": no way keeps the clearances"
+    more = f" (and {len(touched) - 1} more)" if len(touched) > 1 else ""
+    raise MotionError(
+        f"{task.title} ({PLANNER} planner){what}{more}. Nothing was sent.",
+        hint="Straighten the pieces named, check the calibration and the sizes of pieces and gripper.",
+    )
+
+
+def _at(arm: Arm, scene: Scene, point: Array, tilt: float, title: str) -> Array:
+    return posture(arm, pose_over(point, tilt, best_roll(arm, scene, point, tilt)), title)
+
+
+def _joints(angles: npt.ArrayLike) -> Array:
+    return np.asarray(angles, dtype=np.float64)
