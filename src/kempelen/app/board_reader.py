@@ -15,6 +15,8 @@ from kempelen.sensing.moves.parameters import MoveParameters
 from kempelen.sensing.moves.reader import MoveReader
 
 Tell = Callable[[events.Event], None]
+CAMERA_PARAMETERS = MoveParameters(plies=1)
+"""Between two moves that are read, the robot makes the other side's: one ply at a time."""
 
 
 class CameraReader:
@@ -25,6 +27,7 @@ class CameraReader:
     Args:
         sensor: Asked anew for each move.
         tell: Takes questions and advice.
+        parameters: Of the reading.
 
     Attributes:
         looks: Clear observations so far.
@@ -33,8 +36,11 @@ class CameraReader:
         stuck: Set while only a person can help.
     """
 
-    def __init__(self, sensor: Callable[[], BoardSensor], tell: Tell) -> None:
+    def __init__(
+        self, sensor: Callable[[], BoardSensor], tell: Tell, parameters: MoveParameters = CAMERA_PARAMETERS
+    ) -> None:
         self._sensor = sensor
+        self._parameters = parameters
         self._tell = tell
         self._reader: MoveReader | None = None
         self._said = ""
@@ -92,8 +98,7 @@ class CameraReader:
 
     def _confirm(self, board: chess.Board) -> None:
         if self._reader is None:
-            # Between two moves that are read, the robot makes the other side's: one ply at a time.
-            self._reader = MoveReader(board, MoveParameters(plies=1))
+            self._reader = MoveReader(board, self._parameters)
         else:
             self._reader.confirm(board)
 

@@ -260,7 +260,7 @@ def twin_camera(config: Config) -> CameraSpec | None:
     Raises:
         ConfigError: there is no camera as configured.
     """
-    if not (config.on_twin and config.camera_source):
+    if config.felt_only or not (config.on_twin and config.camera_source):
         return None
     source = parse_camera(config.camera_source)
     return _over_the_twin(config, source) if source.kind == TWIN else None

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from platformdirs import user_config_path, user_data_path
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from kempelen.app.config_errors import explain
 from kempelen.app.config_pieces import PiecesConfig, Section
@@ -26,11 +26,13 @@ from kempelen.core.table import DEFAULT_TRAYS, Gripper, Table, Tray, WorkSpace
 from kempelen.motion.scene import Clearances
 from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.physics.flaws import ArmFlaws
+from kempelen.twin.reed.settings import ReedSpec
 
 PROGRAM = "kempelen"
 DATA_DIR_VARIABLE = "KEMPELEN_DATA_DIR"
 SENSOR_VARIABLE = "KEMPELEN_SENSOR"
 TWIN_PORT = "twin"
+_SENSES = frozenset({"camera", "depth", "colour", "reed"})
 
 Scalar = bool | int | float | str
 _CLEAR_OF_THE_VIEW = 60.0
@@ -117,16 +119,50 @@ class SensorConfig(Section):
     """How the board is read.
 
     Attributes:
-        kind: "camera", "none", or "auto": a camera wherever there is one, and always on the twin.
+        kind: "camera", "none", or "auto": a camera wherever there is one, and always on the twin. Or what is
+            to be put together, with commas between: "depth", "colour" (of the camera), "reed" (the board).
         method: "both", "depth" or "colour".
+        port: The reed board's, such as "/dev/ttyUSB1" or "socket://host:port"; empty for the twin's own on
+            the twin, and else for the only one that answers.
         centred: How far from the centre of its square a piece may stand after a move, mm.
         parameters: Of the reader, set by hand; `kempelen see` shows them all.
     """
 
-    kind: Literal["auto", "camera", "none"] = "auto"
+    kind: Annotated[str, Field(max_length=60)] = "auto"
     method: Literal["both", "depth", "colour"] = "both"
+    port: Annotated[str, Field(max_length=300)] = ""
     centred: Annotated[float, Field(gt=0, le=50)] = 8.0
     parameters: dict[str, float] = Field(default_factory=dict)
+
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, kind: str) -> str:
+        words = kind.split(",")
+        if kind in {"auto", "none"} or (set(words) <= _SENSES and len(set(words)) == len(words)):
+            return kind
+        raise ValueError("must be auto, none, or of camera, depth, colour and reed, with commas between")
+
+    @property
+    def _senses(self) -> frozenset[str]:
+        return frozenset(self.kind.split(","))
+
+    @property
+    def camera(self) -> bool | None:
+        """Whether a camera reads the board; None: where there is one."""
+        return None if self.kind == "auto" else bool(self._senses & {"camera", "depth", "colour"})
+
+    @property
+    def reed(self) -> bool:
+        """Whether the reed board does."""
+        return "reed" in self._senses
+
+    @property
+    def use(self) -> Literal["both", "depth", "colour"]:
+        """Of the camera's pictures."""
+        only = self._senses & {"depth", "colour"}
+        if len(only) == 1 and "camera" not in self._senses:
+            return "depth" if "depth" in only else "colour"
+        return self.method
 
 
 class TwinConfig(Section):
@@ -140,6 +176,7 @@ class TwinConfig(Section):
         control: Control socket of a twin that was started separately and answers at the robot's port, so that
             reports have its ground truth; empty for none.
         camera: Over it, when it is looked at.
+        reed: Under its squares, when it is felt.
         flaws: Of a simulated arm: how it differs from its parameter file, and how much it drifts.
     """
 
@@ -149,6 +186,7 @@ class TwinConfig(Section):
     baud: Annotated[int, Field(ge=0, le=10_000_000)] = 0
     control: Annotated[str, Field(max_length=200)] = ""
     camera: CameraSpec = Field(default_factory=CameraSpec)
+    reed: ReedSpec = Field(default_factory=ReedSpec)
     flaws: ArmFlaws = Field(default_factory=ArmFlaws)
 
 
@@ -206,8 +244,23 @@ class Config(Section):
 
     @property
     def has_eyes(self) -> bool:
-        """Whether the board is looked at."""
-        return self.sensor.kind == "camera" or (self.sensor.kind == "auto" and bool(self.camera_source))
+        """Whether the board is looked at, or felt."""
+        return self.has_camera or self.sensor.reed
+
+    @property
+    def has_camera(self) -> bool:
+        """Whether a camera looks at the board."""
+        return bool(self.camera_source) if self.sensor.camera is None else self.sensor.camera
+
+    @property
+    def felt_only(self) -> bool:
+        """Whether the reed board alone tells what stands there."""
+        return self.sensor.reed and not self.has_camera
+
+    @property
+    def twin_reed(self) -> ReedSpec | None:
+        """The reed board that the twin must have; None for none, or for one elsewhere."""
+        return self.twin.reed if self.sensor.reed and not self.sensor.port else None
 
     @property
     def hands(self) -> Literal["robot", "person"]:
@@ -253,7 +306,7 @@ class Config(Section):
             pieces=self.pieces.piece_set(),
             gripper=self.gripper,
             space=board.space,
-            aside=_CLEAR_OF_THE_VIEW if self.has_eyes else 0.0,
+            aside=_CLEAR_OF_THE_VIEW if self.has_camera else 0.0,
         )
 
 

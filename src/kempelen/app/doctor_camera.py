@@ -14,8 +14,9 @@ FIRST_FRAME_S = 10.0
 async def examine_camera(config: Config) -> Check:
     """The configured camera shows a picture."""
     source = config.camera_source
-    if not config.has_eyes:
-        return ok("camera", "none is wanted; what is done on the board is believed")
+    if not config.has_camera:
+        felt = "the reed board feels" if config.sensor.reed else "is believed"
+        return ok("camera", f"none is wanted; what is done on the board {felt}")
     if not source:
         return warn("camera", "none is named", 'Name one, such as [camera] source = "uvc:0"')
     if source == TWIN_PORT:

@@ -9,21 +9,26 @@ from typing import Self
 import chess
 import numpy as np
 
-from kempelen.app.board_reader import CameraReader
+from kempelen.app.board_reader import CAMERA_PARAMETERS, CameraReader
 from kempelen.app.camera_pose import BoardPose, measure_board
 from kempelen.app.camera_side import KnownSides, side_of
 from kempelen.app.cameras import TWIN, open_camera, parse_camera
 from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
 from kempelen.app.judge import BoardJudge
+from kempelen.app.reed import open_reed
 from kempelen.app.table_session import TableSession
 from kempelen.core import events
 from kempelen.core.errors import ConfigError, SensorError, TwinError
 from kempelen.core.geometry import Array
 from kempelen.core.places import Layout, Transfer
-from kempelen.core.senses import Observation, Sight
+from kempelen.core.senses import BoardSensor, Observation, Sight
 from kempelen.frames.condition import CameraState, CameraStatus
 from kempelen.game.verify import SensorVerifier
+from kempelen.sensing.fused import FusedSensor
+from kempelen.sensing.reed.faults import SwitchFault
+from kempelen.sensing.reed.parameters import REED_PARAMETERS
+from kempelen.sensing.reed.sensor import ReedSensor
 from kempelen.twin.client import TwinControl
 
 _PATIENCE_S = 1.0
@@ -62,11 +67,14 @@ class TwinFrames:
 class GameEyes:
     """Async context manager, entered when the table is up.
 
+    What there is of camera and reed board looks as one sensor.
+
     Args:
         config: Which camera, and how to read.
         tell: Takes events.
 
     Attributes:
+        reed: The reed board; None without.
         reader: For the person who plays.
         verifier: For the arbiter.
         busy: Tells whether the robot is at work: it is then over the board itself.
@@ -79,6 +87,8 @@ class GameEyes:
         self._tell = tell
         self._stack = AsyncExitStack()
         self._eye: Eye | None = None
+        self.reed: ReedSensor | None = None
+        self._sensor: BoardSensor | None = None
         self._seen: Frames | None = None
         self._pieces = config.pieces.piece_set()
         self._control: TwinControl | None = None
@@ -91,20 +101,43 @@ class GameEyes:
         self._place: Array | None = None
         self._displaced = 0
         self._checked = 0.0
-        self.reader = CameraReader(lambda: self.eye, tell)
+        self.reader = CameraReader(
+            lambda: self.sensor, self._advise, REED_PARAMETERS if config.felt_only else CAMERA_PARAMETERS
+        )
         self.busy: Callable[[], bool] = lambda: False
         self.position: Callable[[], chess.Board] = chess.Board
         self.bumped: Callable[[], Awaitable[None]] = _nothing
 
     @property
-    def eye(self) -> Eye:
-        """What looks.
+    def sensor(self) -> BoardSensor:
+        """What looks, all together.
 
         Raises:
             ConfigError: not entered.
         """
+        if self._sensor is None:
+            raise ConfigError("The eyes are not open yet.", hint="Set up the table first.")
+        return self._sensor
+
+    @property
+    def eye(self) -> Eye:
+        """The camera's.
+
+        Raises:
+            ConfigError: not entered, or there is no camera.
+        """
+        if self._eye is None and self._sensor is not None:
+            raise ConfigError(
+                "No camera looks at this board: the reed board feels it.",
+                hint="Add one: --sensor camera,reed",
+            )
         if self._eye is None:
             raise ConfigError("The eyes are not open yet.", hint="Set up the table first.")
+        return self._eye
+
+    @property
+    def camera(self) -> Eye | None:
+        """The camera's eye, if there is one and it is open."""
         return self._eye
 
     @property
@@ -115,7 +148,7 @@ class GameEyes:
     @property
     def on(self) -> bool:
         """Whether they are played by."""
-        return self._eye is not None and self.verifier.looks
+        return self._sensor is not None and self.verifier.looks
 
     async def open(self, session: TableSession) -> Self:
         """Start looking at a table.
@@ -124,20 +157,38 @@ class GameEyes:
             ConfigError: there is no such camera.
             CameraError: it cannot be opened.
         """
-        sensor = self._config.sensor
-        settings = EyeSettings(sensor.method, sensor.parameters, session.table.square)
         self._square = session.table.square
         try:
-            frames = self._seen = await self._frames(session)
-            eye = Eye(frames, settings)
-            eye.usual_side = self._sides.get(self._config.camera_source)
-            self._eye = await self._stack.enter_async_context(eye)
+            if not self._config.felt_only:
+                await self._open_eye(session)
+            if self._config.sensor.reed:
+                reed = await open_reed(self._config, session, self._tell_of_switch)
+                self.reed = await self._stack.enter_async_context(reed)
         except BaseException:
             await self._stack.aclose()
             raise
-        self.verifier = SensorVerifier(self._eye, self._judge)
+        self._sensor = self._together()
+        self.verifier = SensorVerifier(self._sensor, self._judge)
         self._watching = asyncio.create_task(self._watch())
         return self
+
+    async def _open_eye(self, session: TableSession) -> None:
+        sensor = self._config.sensor
+        settings = EyeSettings(sensor.use, sensor.parameters, session.table.square)
+        frames = self._seen = await self._frames(session)
+        eye = Eye(frames, settings)
+        eye.usual_side = self._sides.get(self._config.camera_source)
+        self._eye = await self._stack.enter_async_context(eye)
+
+    def _together(self) -> BoardSensor:
+        there: dict[str, BoardSensor] = {}
+        if self._eye is not None:
+            there["camera"] = self._eye
+        if self.reed is not None:
+            there["reed board"] = self.reed
+        if len(there) == 1:
+            return next(iter(there.values()))
+        return FusedSensor(there, lambda text: self._tell(events.SensorChanged(Sight.CLEAR, text)))
 
     async def _frames(self, session: TableSession) -> Frames:
         source = self._config.camera_source
@@ -160,7 +211,7 @@ class GameEyes:
 
     async def __aexit__(self, *exc: object) -> None:
         """Stop looking."""
-        if self._eye is not None:
+        if self._sensor is not None:
             self._watching.cancel()
             await asyncio.gather(self._watching, return_exceptions=True)
         await self._stack.aclose()
@@ -189,9 +240,29 @@ class GameEyes:
             case events.TransferStarted():
                 self.reader.moves()
 
+    def _stands(self, layout: Layout) -> None:
+        """How it looks can be learned, unless the position of the game has yet to be set up."""
+        position = self.position()
+        if layout.board_part() == position.piece_map():
+            self.reader.stands(position)
+        else:
+            self.reader.moves()
+
     def expect(self, layout: Layout) -> None:
         """Say what stands on the board, or will when the robot has gone from it."""
-        self.eye.expect(board_of(layout))
+        if self._eye is not None:
+            self._eye.expect(board_of(layout))
+
+    def _confirmed(self, layout: Layout, *, seen: bool) -> None:
+        """What stands there, or should at the start; what is known is what each sensor is held against."""
+        board = self.position().copy()
+        board.set_piece_map(layout.board_part())  # while a position is set up, the game's is yet to come
+        if self.reed is not None and seen:
+            self.reed.stands(board)
+        elif self.reed is not None:
+            self.reed.expect(board)
+        if isinstance(self._sensor, FusedSensor) and seen:
+            self._sensor.stands(board)
 
     async def pose(self) -> BoardPose:
         """Where the board is now, from several looks.
@@ -209,7 +280,7 @@ class GameEyes:
 
         Whoever moves a piece before that is not seen doing it.
         """
-        async for seen in self.eye.observe():
+        async for seen in self.sensor.observe():
             enough = seen.valid and self.reader.looks >= _FIRST_LOOKS
             if enough or not self.verifier.looks:
                 return
@@ -221,15 +292,24 @@ class GameEyes:
 
     # --- what is told of them ---
 
+    def _advise(self, event: events.Event) -> None:
+        """A question or advice; the reed board lights the squares that it is about, and sounds a warning."""
+        if self.reed is not None and isinstance(event, events.BoardDiffers):
+            self.reed.warn(event.advice)
+        self._tell(event)
+
+    def _tell_of_switch(self, fault: SwitchFault) -> None:
+        self._tell(events.SensorChanged(Sight.CLEAR, fault.sentence))
+
     async def _watch(self) -> None:
         """Tell when the board is lost and seen again, and of hands over it."""
         since, revived = asyncio.get_running_loop().time(), 0.0
         last = Sight.STARTING
-        async for seen in self.eye.observe():
+        async for seen in self.sensor.observe():
             now = asyncio.get_running_loop().time()
             self.reader.glance(seen)
-            if self.eye.restarts != self._restarts:
-                self._restarts = self.eye.restarts
+            if self._eye is not None and self._eye.restarts != self._restarts:
+                self._restarts = self._eye.restarts
                 self.expect(self._coming)  # a new eye begins from what will stand when the robot has gone
             if seen.sight is not last:
                 last, since = seen.sight, now
@@ -240,14 +320,6 @@ class GameEyes:
                 self._checked = now
                 await self._check_place()
             if seen.sight is Sight.NO_CAMERA and now - max(since, revived) > _REVIVE_S:
-    def _stands(self, layout: Layout) -> None:
-        """How it looks can be learned, unless the position of the game has yet to be set up."""
-        position = self.position()
-        if layout.board_part() == position.piece_map():
-            self.reader.stands(position)
-        else:
-            self.reader.moves()
-
                 revived = now
                 await self._revive()
 
@@ -268,6 +340,8 @@ class GameEyes:
 
     async def _check_place(self) -> None:
         """The robot relies on the board's place: what moves it, or the camera, must not go unnoticed."""
+        if self._eye is None:
+            return
         try:
             corners = np.array((await self.eye.sighting()).corners)
         except SensorError:

@@ -74,7 +74,7 @@ def _checkpoint(event: events.CheckpointReached) -> str:
 
 def _sight(event: events.SensorChanged) -> str:
     if event.sight is Sight.CLEAR:
-        return "The board is in sight."
+        return event.message or "The board is in sight."
     return f"The board is not in sight ({event.sight.value}). {event.message}".strip()
 
 

@@ -154,6 +154,7 @@ class TableSession:
             state=str(self._state),
             resume=self._resume,
             cameras=self._cameras,
+            reed=self._config.twin_reed,
             arm=arm_spec(self._config),
         )
         self.twin = await self._stack.enter_async_context(TwinProcess(spec))

@@ -159,9 +159,9 @@ def open_eyes(station: Station) -> Eye:
         SensorError: none does.
     """
     eyes = station.eyes
-    if eyes is None or station.session is None:
+    if eyes is None or station.session is None or eyes.camera is None:
         raise SensorError("No camera is looking at the board.", hint="Switch the eyes on, or begin a game.")
-    return eyes.eye
+    return eyes.camera
 
 
 def wire_line(line: Heard) -> WireLine:

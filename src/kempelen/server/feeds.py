@@ -38,7 +38,7 @@ def feeds(house: House) -> Iterable[Feed]:
     station, hub = house.station, house.hub
 
     def eye() -> Eye | None:
-        return station.eyes.eye if station.eyes is not None and station.session is not None else None
+        return station.eyes.camera if station.eyes is not None and station.session is not None else None
 
     yield SquaresFeed(eye, lambda: hub.followed("squares"), lambda value: hub.put("squares", value))
     yield SceneFeed(
