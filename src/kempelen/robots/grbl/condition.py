@@ -5,11 +5,14 @@ from collections.abc import AsyncIterator
 
 from kempelen.core.errors import LinkError
 from kempelen.core.protocols import GripperState, RobotPhase, RobotState
+from kempelen.core.words import joined, say
 from kempelen.robots.grbl.codec import Alarm, Axes, Banner, Event, Message, PositionTracker, Status
-from kempelen.robots.grbl.explain import LOSES_POSITION, NEEDS_RESET, alarm_text, state_text
+from kempelen.robots.grbl.explain import LOSES_POSITION, NEEDS_RESET, alarm_words, state_text
 from kempelen.robots.grbl.gcode import GripperWiring
 from kempelen.robots.grbl.mechanics import Mechanics, Pose
 
+_PRESSED = "A limit switch is pressed; move the axis off it by hand, then home."
+_RESTARTED = "The controller restarted by itself; check its power supply, then home."
 _PHASES = {
     "Run": RobotPhase.MOVING,
     "Jog": RobotPhase.JOGGING,
@@ -73,7 +76,7 @@ class Condition:
             case Banner():
                 self._restarted()
             case Message("Check Limits"):
-                self._trouble = "A limit switch is pressed; move the axis off it by hand, then home."
+                self._trouble = say("limit_pressed", _PRESSED)
             case _:
                 return
         self.publish()
@@ -88,8 +91,7 @@ class Condition:
         self.machine = self._tracker.machine(status)
 
     def _alarmed(self, code: int) -> None:
-        what, hint = alarm_text(code)
-        self.alarm, self._trouble = code, f"{what}. {hint}"
+        self.alarm, self._trouble = code, alarm_words(code)
         self.silent = code in NEEDS_RESET
         self.banner_due = code in LOSES_POSITION and not self.silent
         self.gripper = self._wiring.after_reset
@@ -104,12 +106,12 @@ class Condition:
             expected = not self.homed  # whoever stops the machine takes it for unhomed at once
             self.homed = False
             if self.connected and not expected:
-                self._trouble = "The controller restarted by itself; check its power supply, then home."
+                self._trouble = say("restarted_itself", _RESTARTED)
 
     def lost(self, error: LinkError) -> None:
         """The line is gone; the machine ends what it has in its buffer by itself."""
         self.connected = self.homed = False
-        self._trouble = str(error)
+        self._trouble = joined(error.message, error.hint)
         self.publish()
 
     def clear(self) -> None:
@@ -156,7 +158,7 @@ class Condition:
             return self._trouble
         if self.status is not None and self.status.state in {"Door", "Check", "Sleep"}:
             return state_text(self.status.state, self.status.sub)
-        return "Home the machine." if self.phase is RobotPhase.LOCKED else ""
+        return say("home_it", "Home the machine.") if self.phase is RobotPhase.LOCKED else ""
 
     @property
     def state(self) -> RobotState:

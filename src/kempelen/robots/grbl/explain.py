@@ -4,6 +4,7 @@ Source: the code lists of GRBL 1.1 (``interface.md``).
 """
 
 from kempelen.core.errors import AlarmError
+from kempelen.core.words import say
 
 # Alarms that lose the position; 2 (soft limit), 4 and 5 (probe) stop under control.
 LOSES_POSITION = frozenset({1, 3, 6, 7, 8, 9})
@@ -104,6 +105,12 @@ def error_text(code: int) -> tuple[str, str]:
 def alarm_text(code: int) -> tuple[str, str]:
     """What ``ALARM:code`` means, and what to do next."""
     return _ALARMS.get(code, ("An unknown alarm; its position may be lost", "Recover, then home."))
+
+
+def alarm_words(code: int) -> str:
+    """The same in one go, for other languages too."""
+    what, hint = alarm_text(code)
+    return say(f"alarm_{code}" if code in _ALARMS else "alarm_unknown", f"{what}. {hint}")
 
 
 def alarm_error(code: int, where: str) -> AlarmError:

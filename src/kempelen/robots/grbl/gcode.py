@@ -162,7 +162,7 @@ def _dwell(action: SetGripper) -> bytes:
 def _path_lines(
     vertices: Array, start: tuple[float, float, float], space: WorkSpace
 ) -> tuple[list[bytes], tuple[float, float, float]]:
-    points = _checked(vertices, start, space)
+    points = checked_path(vertices, start, space)
     lines: list[bytes] = []
     here = [round(value, 3) for value in start]
     for x, y, z in points.tolist():
@@ -177,7 +177,23 @@ def _path_lines(
     return lines, (here[0], here[1], here[2])
 
 
-def _checked(vertices: Array, start: tuple[float, float, float], space: WorkSpace) -> Array:
+def checked_path(
+    vertices: Array,
+    start: tuple[float, float, float],
+    space: WorkSpace,
+    tolerance: float = _START_TOLERANCE,
+) -> Array:
+    """A path of the tool point (n, 3) mm, rounded to a thousandth.
+
+    Args:
+        vertices: In the robot frame.
+        start: Where the tool point is.
+        space: What it keeps to.
+        tolerance: How far the first vertex may be from ``start``, mm.
+
+    Raises:
+        MotionError: it leaves the work space, is not finite, or begins elsewhere.
+    """
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (3,) or not len(points):  # noqa: PLR2004 - (n, 3)
         raise MotionError(
@@ -190,10 +206,10 @@ def _checked(vertices: Array, start: tuple[float, float, float], space: WorkSpac
     if float(excess.max()) > _ROUNDING:
         raise _out_of_reach(points, excess, space)
     apart = float(np.abs(points[0] - start).max())
-    if apart > _START_TOLERANCE:
+    if apart > tolerance:
         raise MotionError(
             f"A path begins at {_mm(points[0])}, the tool point is at {_mm(start)}: {apart:.3f} mm apart, "
-            f"allowed {_START_TOLERANCE} mm.",
+            f"allowed {tolerance} mm.",
             hint="Plan again from where the machine is.",
         )
     rounded: Array = np.round(points, 3)

@@ -5,6 +5,7 @@ the ``ok``, then a report that says Idle with every axis at the pull-off from an
 """
 
 import asyncio
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
 from kempelen.core.errors import AlarmError, LinkError, RobotError, SettingsError, StoppedError
@@ -25,8 +26,21 @@ class PausedError(RobotError):
     """A pause broke the homing off; it begins anew afterwards."""
 
 
-async def home(session: Session, gate: Gate) -> None:
+Search = Callable[[Session], Awaitable[None]]
+
+
+async def all_axes(session: Session) -> None:
+    """``$H``."""
+    await request(session, "$H")
+
+
+async def home(session: Session, gate: Gate, search: Search = all_axes) -> None:
     """Home until it is proved, then go into the work space, where paths begin.
+
+    Args:
+        session: Connected.
+        gate: Stands before every motion.
+        search: Has the controller find its switches.
 
     Raises:
         AlarmError: a switch was not found, or the proof failed.
@@ -38,7 +52,7 @@ async def home(session: Session, gate: Gate) -> None:
         if session.condition.wanted is GripperState.OPEN is not session.condition.gripper:
             await session.unlock()  # a reset closed it, perhaps on a piece: open before lifting
         try:
-            await seek(session)
+            await seek(session, search)
         except PausedError:
             continue
         except StoppedError:
@@ -55,7 +69,7 @@ async def _enter_space(session: Session, gate: Gate) -> None:
         await carry_out(session, entry, gate)
 
 
-async def seek(session: Session) -> None:
+async def seek(session: Session, search: Search) -> None:
     """Home once and prove it; afterwards the work offset is right and the condition says homed.
 
     Cancelled: broken off by a reset, at rest, not homed.
@@ -69,16 +83,10 @@ async def seek(session: Session) -> None:
     condition.homed = False
     mark = link.banners
     try:
-        async with asyncio.timeout(session.timing.homing):
-            await link.request("$H")
+        await search(session)
     except asyncio.CancelledError:
         await finish(_break_off(session))
         raise
-    except TimeoutError:
-        await _break_off(session)
-        raise SilenceError(
-            f"Homing did not end within {session.timing.homing:g} s.", hint="Check that the axes move."
-        ) from None
     except AlarmError:
         with suppress(SilenceError):
             await link.until(lambda: link.banners > mark, session.timing.banner, "banner after an alarm")
@@ -86,6 +94,23 @@ async def seek(session: Session) -> None:
     except RefusedError as error:
         raise AlarmError(error.message, hint=error.hint) from error
     await _prove(session)
+
+
+async def request(session: Session, line: str) -> None:
+    """A homing command, to its end.
+
+    Raises:
+        SilenceError: it lasted too long and was broken off.
+        RobotError: as `Link.request`.
+    """
+    try:
+        async with asyncio.timeout(session.timing.homing):
+            await session.link.request(line)
+    except TimeoutError:
+        await _break_off(session)
+        raise SilenceError(
+            f"Homing did not end within {session.timing.homing:g} s.", hint="Check that the axes move."
+        ) from None
 
 
 async def _break_off(session: Session) -> None:

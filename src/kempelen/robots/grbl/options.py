@@ -1,12 +1,14 @@
 """The gantry's options in the configuration file."""
 
-from typing import Literal
+from typing import Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from kempelen.core.errors import ConfigError
 from kempelen.core.protocols import Options
 from kempelen.robots.grbl.gcode import GripperWiring
+
+Kind = TypeVar("Kind", bound=BaseModel)
 
 
 class GantryOptions(BaseModel):
@@ -42,13 +44,22 @@ def read_options(options: Options) -> GantryOptions:
     Raises:
         ConfigError: an unknown option, or a value out of range.
     """
+    return checked_options(GantryOptions, options, "gantry")
+
+
+def checked_options(kind: type[Kind], options: Options, robot: str) -> Kind:
+    """Options as a model of theirs.
+
+    Raises:
+        ConfigError: an unknown option, or a value out of range.
+    """
     try:
-        return GantryOptions.model_validate(dict(options))
+        return kind.model_validate(dict(options))
     except ValidationError as error:
         problems = "; ".join(
             f"{'.'.join(map(str, problem['loc']))} = {problem['input']!r}: {problem['msg']}"
             for problem in error.errors()
         )
         raise ConfigError(
-            f"Options of the gantry: {problems}.", hint=f"Known: {', '.join(GantryOptions.model_fields)}."
+            f"Options of the {robot}: {problems}.", hint=f"Known: {', '.join(kind.model_fields)}."
         ) from None

@@ -230,6 +230,8 @@ class GrblRobot:
             session.link.fail(homing.PausedError("Homing was paused."))
             await session.reset(keeps_position=False)
             condition.clear()
+        elif condition.activity == "home":
+            await at_rest(session.link, self._timing)
         condition.publish()
 
     async def resume(self) -> None:
@@ -338,7 +340,10 @@ class GrblRobot:
             LinkError: the line was lost.
         """
         with self._at_work("home") as session:
-            await homing.home(session, self._gate)
+            await self._home(session)
+
+    async def _home(self, session: Session) -> None:
+        await homing.home(session, self._gate)
 
     async def jog(self, direction: tuple[float, float, float], speed: float) -> None:
         """Keep moving along ``direction`` at ``speed`` mm/s; a keep-alive: motion ends when the calls do.

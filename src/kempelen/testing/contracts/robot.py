@@ -21,7 +21,6 @@ from kempelen.core.errors import BusyError, LinkError, MotionError, NotHomedErro
 from kempelen.core.protocols import Follow, GripperState, Robot, RobotPhase, RobotState, SetGripper
 from kempelen.core.table import WorkSpace
 
-_TOLERANCE = 0.3  # mm between what a robot says and where it is: its motors are no magic either
 _PATIENCE = 20.0  # s, wall clock; a machine that takes longer has failed
 
 
@@ -88,7 +87,14 @@ async def until(condition: Callable[[], bool]) -> None:
 
 
 class RobotContract:
-    """The suite; each test gets a machine that has just been switched on."""
+    """The suite; each test gets a machine that has just been switched on.
+
+    Attributes:
+        tolerance: mm between where a robot is told to be, where it says that it is and where it is: motors
+            make whole steps.
+    """
+
+    tolerance = 0.3
 
     async def _homed(self, robot: Robot) -> tuple[float, float, float]:
         await robot.home()
@@ -119,7 +125,7 @@ class RobotContract:
                 await robot.run([path((0, 0, 0), (1, 1, 1))])
             with pytest.raises(NotHomedError):
                 await robot.jog((1.0, 0.0, 0.0), 10.0)
-            assert apart(rig.position(), before) <= _TOLERANCE
+            assert apart(rig.position(), before) <= self.tolerance
         assert phase(robot) is RobotPhase.DISCONNECTED
 
     async def test_home(self, rig: Rig) -> None:
@@ -128,7 +134,7 @@ class RobotContract:
             assert robot.state.homed
             assert phase(robot) is RobotPhase.IDLE
             assert robot.space.excess(np.array(here(robot))) == 0.0
-            assert apart(here(robot), rig.position()) <= _TOLERANCE
+            assert apart(here(robot), rig.position()) <= self.tolerance
 
     async def test_unconnected_it_refuses(self, rig: Rig) -> None:
         robot = rig.robot()
@@ -149,8 +155,8 @@ class RobotContract:
                 ),
             ]
             await robot.run([path(*points)])
-            assert apart(here(robot), points[-1]) <= _TOLERANCE
-            assert apart(rig.position(), points[-1]) <= _TOLERANCE
+            assert apart(here(robot), points[-1]) <= self.tolerance
+            assert apart(rig.position(), points[-1]) <= self.tolerance
             assert phase(robot) is RobotPhase.IDLE
 
     async def test_a_group_with_the_gripper_is_carried_out_in_order(self, rig: Rig) -> None:
@@ -162,7 +168,7 @@ class RobotContract:
             assert not rig.gripper_closed()
             running = asyncio.create_task(robot.run([path(start, end), SetGripper(closed=True, seconds=0.1)]))
             await until(rig.gripper_closed)
-            assert apart(rig.position(), end) <= _TOLERANCE
+            assert apart(rig.position(), end) <= self.tolerance
             await running
             assert gripper(robot) is GripperState.CLOSED
 
@@ -173,7 +179,7 @@ class RobotContract:
             share = np.linspace(0.0, 1.0, 120)[:, None]
             curve = start + (end - start) * np.hstack([share, share**2, share**3])
             await robot.run([Follow(curve, 0.0), path(curve[-1].tolist(), start.tolist())])
-            assert apart(rig.position(), start.tolist()) <= _TOLERANCE
+            assert apart(rig.position(), start.tolist()) <= self.tolerance
 
     async def test_retract_goes_straight_up(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -181,7 +187,7 @@ class RobotContract:
             low = inside(robot.space, 0.5, 0.5, 0.2)
             await robot.run([path(start, low)])
             await robot.retract()
-            assert apart(rig.position(), (low[0], low[1], robot.space.upper[2])) <= _TOLERANCE
+            assert apart(rig.position(), (low[0], low[1], robot.space.upper[2])) <= self.tolerance
 
     async def test_out_of_reach_is_refused_with_the_numbers_and_nothing_moves(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -191,7 +197,7 @@ class RobotContract:
                 await robot.run(
                     [SetGripper(closed=False, seconds=0), path(start, (beyond, start[1], start[2]))]
                 )
-            assert apart(rig.position(), start) <= _TOLERANCE
+            assert apart(rig.position(), start) <= self.tolerance
             assert rig.gripper_closed()
             assert phase(robot) is RobotPhase.IDLE
 
@@ -213,7 +219,7 @@ class RobotContract:
             with pytest.raises(BusyError):
                 await robot.jog((1.0, 0.0, 0.0), 10.0)
             await running
-            assert apart(rig.position(), end) <= _TOLERANCE
+            assert apart(rig.position(), end) <= self.tolerance
             await robot.run([SetGripper(closed=False, seconds=0)])
 
     # --- pause, cancel, stop -------------------------------------------------------------------------------
@@ -224,13 +230,13 @@ class RobotContract:
             await robot.hold()
             assert phase(robot) is RobotPhase.HELD
             held_at = rig.position()
-            assert apart(held_at, end) > _TOLERANCE
+            assert apart(held_at, end) > self.tolerance
             await asyncio.sleep(0.02)
-            assert apart(rig.position(), held_at) <= _TOLERANCE
+            assert apart(rig.position(), held_at) <= self.tolerance
             assert not running.done()
             await robot.resume()
             await running
-            assert apart(rig.position(), end) <= _TOLERANCE
+            assert apart(rig.position(), end) <= self.tolerance
             assert phase(robot) is RobotPhase.IDLE
 
     async def test_hold_between_groups_keeps_the_next_one_waiting(self, rig: Rig) -> None:
@@ -241,10 +247,10 @@ class RobotContract:
             end = inside(robot.space, 0.2, 0.2, 0.9)
             running = asyncio.create_task(robot.run([path(start, end)]))
             await asyncio.sleep(0.02)
-            assert apart(rig.position(), start) <= _TOLERANCE
+            assert apart(rig.position(), start) <= self.tolerance
             await robot.resume()
             await running
-            assert apart(rig.position(), end) <= _TOLERANCE
+            assert apart(rig.position(), end) <= self.tolerance
 
     async def test_homing_goes_on_after_a_hold(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -254,7 +260,7 @@ class RobotContract:
             await robot.hold()
             held_at = rig.position()
             await asyncio.sleep(0.02)
-            assert apart(rig.position(), held_at) <= _TOLERANCE
+            assert apart(rig.position(), held_at) <= self.tolerance
             await robot.resume()
             await homing
             assert robot.state.homed
@@ -286,14 +292,14 @@ class RobotContract:
 
     async def _at_rest_and_usable(self, robot: Robot, rig: Rig, end: tuple[float, float, float]) -> None:
         stopped_at = rig.position()
-        assert apart(stopped_at, end) > _TOLERANCE
+        assert apart(stopped_at, end) > self.tolerance
         await asyncio.sleep(0.02)
-        assert apart(rig.position(), stopped_at) <= _TOLERANCE
+        assert apart(rig.position(), stopped_at) <= self.tolerance
         assert robot.state.homed
         assert phase(robot) is RobotPhase.IDLE
-        assert apart(here(robot), stopped_at) <= _TOLERANCE
+        assert apart(here(robot), stopped_at) <= self.tolerance
         await robot.run([path(here(robot), end)])
-        assert apart(rig.position(), end) <= _TOLERANCE
+        assert apart(rig.position(), end) <= self.tolerance
 
     async def test_cancel_keeps_the_gripper(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -315,9 +321,9 @@ class RobotContract:
             with pytest.raises(StoppedError):
                 await running
             stopped_at = rig.position()
-            assert apart(stopped_at, end) > _TOLERANCE
+            assert apart(stopped_at, end) > self.tolerance
             await asyncio.sleep(0.02)
-            assert apart(rig.position(), stopped_at) <= _TOLERANCE
+            assert apart(rig.position(), stopped_at) <= self.tolerance
             assert not robot.state.homed
             assert robot.state.message
             with pytest.raises(RobotError):
@@ -326,7 +332,7 @@ class RobotContract:
             with pytest.raises(NotHomedError):
                 await robot.run([path((0, 0, 0), (1, 1, 1))])
             await robot.home()
-            assert apart(here(robot), rig.position()) <= _TOLERANCE
+            assert apart(here(robot), rig.position()) <= self.tolerance
 
     async def test_stop_while_held_and_while_homing(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -373,9 +379,9 @@ class RobotContract:
             assert not robot.state.homed
             resting = rig.position()
             await asyncio.sleep(0.02)
-            assert apart(rig.position(), resting) <= _TOLERANCE
+            assert apart(rig.position(), resting) <= self.tolerance
             await robot.home()
-            assert apart(here(robot), rig.position()) <= _TOLERANCE
+            assert apart(here(robot), rig.position()) <= self.tolerance
 
     async def test_leaving_brings_the_machine_to_rest(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -383,9 +389,9 @@ class RobotContract:
         with pytest.raises(RobotError):
             await running
         stopped_at = rig.position()
-        assert apart(stopped_at, end) > _TOLERANCE
+        assert apart(stopped_at, end) > self.tolerance
         await asyncio.sleep(0.02)
-        assert apart(rig.position(), stopped_at) <= _TOLERANCE
+        assert apart(rig.position(), stopped_at) <= self.tolerance
 
     async def test_it_can_be_entered_again(self, rig: Rig) -> None:
         robot = rig.robot()
@@ -405,9 +411,9 @@ class RobotContract:
             await until(lambda: phase(robot) is RobotPhase.JOGGING)
             await until(lambda: phase(robot) is RobotPhase.IDLE)
             assert apart(rig.position(), start) > 1
-            assert apart(here(robot), rig.position()) <= _TOLERANCE
+            assert apart(here(robot), rig.position()) <= self.tolerance
             await robot.run([path(here(robot), start)])
-            assert apart(rig.position(), start) <= _TOLERANCE
+            assert apart(rig.position(), start) <= self.tolerance
 
     async def test_a_jog_is_kept_alive_and_ended(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -420,9 +426,9 @@ class RobotContract:
             assert phase(robot) is RobotPhase.IDLE
             stopped_at = rig.position()
             assert apart(stopped_at, start) > 1
-            assert apart(here(robot), stopped_at) <= _TOLERANCE
+            assert apart(here(robot), stopped_at) <= self.tolerance
             await asyncio.sleep(0.02)
-            assert apart(rig.position(), stopped_at) <= _TOLERANCE
+            assert apart(rig.position(), stopped_at) <= self.tolerance
 
     async def test_a_jog_stays_within_the_work_space(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -430,7 +436,7 @@ class RobotContract:
             await robot.jog((0.0, 0.0, 1.0), 100.0)
             await asyncio.sleep(0.05)
             await robot.jog_stop()
-            assert robot.space.excess(np.array(here(robot))) <= _TOLERANCE
+            assert robot.space.excess(np.array(here(robot))) <= self.tolerance
 
     async def test_a_jog_refuses_nonsense(self, rig: Rig) -> None:
         async with rig.robot() as robot:
@@ -452,7 +458,7 @@ class RobotContract:
             await robot.stop()
             stopped_at = rig.position()
             await asyncio.sleep(0.02)
-            assert apart(rig.position(), stopped_at) <= _TOLERANCE
+            assert apart(rig.position(), stopped_at) <= self.tolerance
             assert not robot.state.homed
             with pytest.raises(StoppedError):
                 await robot.jog_stop()

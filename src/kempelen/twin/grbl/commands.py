@@ -14,6 +14,7 @@ _MAX_SETTING = 255
 _RESTORES = frozenset({"$RST=$", "$RST=#", "$RST=*"})
 _SETTING_BYTES = 5  # a float and the checksum, at worst
 _ALL_BYTES = 200
+_SINGLE_AXIS = 2  # bit of $22: an axis may be homed alone
 
 
 def execute(core: Core, line: str) -> list[Op]:
@@ -82,8 +83,13 @@ def _parameters(core: Core, line: str) -> list[Op]:
 def _home(core: Core, line: str) -> list[Op]:
     if not core.eeprom.settings[22]:
         raise GcodeError(Status.SETTING_DISABLED)
+    axes = core.eeprom.dialect.axes
+    if core.eeprom.dialect.cycles and len(line) == len("$HX") and line[2] in axes:
+        if not int(core.eeprom.settings[22]) & _SINGLE_AXIS:
+            raise GcodeError(Status.SETTING_DISABLED)
+        return [("home", axes.index(line[2])), ("homed",)]
     _exactly(line, "$H")
-    return [("home",), ("homed",)]
+    return [("home", -1), ("homed",)]
 
 
 def _sleep(_core: Core, line: str) -> list[Op]:

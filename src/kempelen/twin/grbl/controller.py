@@ -78,8 +78,8 @@ class VirtualGrbl:
 
     @property
     def homings(self) -> int:
-        """How often homing has succeeded."""
-        return self._core.homings
+        """How often every axis has been homed together or one by one."""
+        return min(self._core.homed)
 
     @property
     def dropped(self) -> int:
@@ -224,7 +224,8 @@ class VirtualGrbl:
             core.end_homing()
             core.flags &= ~(HOLD | START | CANCEL)  # homing looks at resets and status requests only
             core.call_position(homing.origin())
-            core.homings += 1
+            for axis in homing.axes:
+                core.homed[axis] += 1
 
     def _apply_faults(self) -> None:
         core, faults = self._core, self.faults

@@ -31,7 +31,7 @@ class Core:
     Attributes:
         time: s since power-up.
         rest_since: When the last motion ended, s.
-        homings: How often homing has succeeded.
+        homed: How often each axis has been homed.
         state: One of `State`.
         flags: What interrupts have asked for.
         overrides: Override bytes received and not yet acted on.
@@ -61,7 +61,7 @@ class Core:
         self.stepper = Stepper(self.planner)
         self.time = 0.0
         self.rest_since = 0.0
-        self.homings = 0
+        self.homed = [0] * len(eeprom.dialect.axes)
         self.state = State.IDLE
         self.flood = False
         self.spindle = 0

@@ -35,6 +35,7 @@ class HomingCycle:
     Args:
         settings: $23 to $27, rates, accelerations and travels.
         machine: Is driven.
+        axis: To be homed alone; -1 for all.
 
     Attributes:
         failure: Why it failed; NONE while all is well.
@@ -46,10 +47,10 @@ class HomingCycle:
         "_resting", "_settings", "_start", "done", "failure",
     )  # fmt: skip
 
-    def __init__(self, settings: Settings, machine: Machine) -> None:
+    def __init__(self, settings: Settings, machine: Machine, axis: int = -1) -> None:
         self._settings = settings
         self._machine = machine
-        self._cycles = cycles(settings)
+        self._cycles = cycles(settings) if axis < 0 else ((axis,),)
         self._cycle = 0
         self._pass = 0
         self._pause = 0.0
@@ -77,6 +78,11 @@ class HomingCycle:
         self._ramp = Ramp.over(distance, 0.0, max(speed, 1.0 / 60.0), 0.0, acceleration)
         if self._approaching:
             self._lock()
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """All that are homed, first to last."""
+        return tuple(axis for together in self._cycles for axis in together)
 
     @property
     def _approaching(self) -> bool:
@@ -154,17 +160,18 @@ class HomingCycle:
             self._begin()
 
     def origin(self) -> Vec:
-        """What to call the place where the carriage stands after success, mm."""
+        """What to call the place where the carriage stands after success, mm; axes not homed keep theirs."""
         settings = self._settings
         pull_off, mask = settings[27], int(settings[23])
-        return tuple(
-            pull_off - length if mask & (1 << axis) else -pull_off
-            for axis, length in enumerate(settings.travel)
-        )
+        named = list(self._machine.motor)
+        for axis in self.axes:
+            named[axis] = pull_off - settings.travel[axis] if mask & (1 << axis) else -pull_off
+        return tuple(named)
 
     def snapshot(self) -> dict[str, Any]:
         """JSON-able."""
         return {
+            "alone": self._cycles[0][0] if len(self.axes) == 1 else -1,
             "cycle": self._cycle,
             "pass": self._pass,
             "pause": self._pause,

@@ -13,7 +13,7 @@ from kempelen.twin.grbl.status import Alarm
 from kempelen.twin.grbl.words import Modes
 
 _PLAIN = (
-    "time", "rest_since", "homings", "state", "flood", "spindle", "rpm", "flags", "suspend", "alarm_told",
+    "time", "rest_since", "state", "flood", "spindle", "rpm", "flags", "suspend", "alarm_told",
     "critical", "moving", "soft_limit", "asleep", "spindle_stopped", "spindle_override", "probe_touched",
 )  # fmt: skip
 _TIMES = ("pause_end", "start_at")
@@ -30,6 +30,7 @@ def snapshot(core: Core) -> dict[str, Any]:
         "agenda": [list(op) for op in core.agenda],
         "reader": core.reader.snapshot(),
         "probe": list(core.probe_position),
+        "homed": list(core.homed),
         "reports": [core.status.offset_due, core.status.override_due],
         "parser": asdict(core.parser.state),
         "planner": core.planner.snapshot(),
@@ -52,6 +53,7 @@ def restore(core: Core, state: dict[str, Any]) -> None:
     core.overrides = set(state["overrides"])
     core.agenda = deque(_op(op) for op in state["agenda"])
     core.reader.restore(state["reader"])
+    core.homed = [int(count) for count in state["homed"]]
     core.probe_position = _vec(state["probe"])
     core.status.offset_due, core.status.override_due = state["reports"]
     _restore_eeprom(core.eeprom, Eeprom.from_snapshot(state["eeprom"], core.eeprom.dialect))
@@ -63,7 +65,7 @@ def restore(core: Core, state: dict[str, Any]) -> None:
     core.faults.restore(state["faults"])
     core.homing = None
     if state["homing"] is not None:
-        core.homing = HomingCycle(core.eeprom.settings, core.machine)
+        core.homing = HomingCycle(core.eeprom.settings, core.machine, int(state["homing"]["alone"]))
         core.homing.restore(state["homing"])
 
 

@@ -354,11 +354,11 @@ class Program:
 
     # --- homing --------------------------------------------------------------------------------------------
 
-    def _home(self) -> bool:
+    def _home(self, axis: int) -> bool:
         core = self._core
         if core.state != State.HOME:
             core.state = State.HOME
-            core.homing = HomingCycle(core.eeprom.settings, core.machine)
+            core.homing = HomingCycle(core.eeprom.settings, core.machine, axis)
             return False
         return core.homing is None
 

@@ -115,11 +115,10 @@ class Settings:
             return Status.SOFT_LIMIT_ERROR
         return Status.OK
 
-    @staticmethod
-    def _rounded(number: int, value: float) -> float:
-        if number in _BOOLEANS:
+    def _rounded(self, number: int, value: float) -> float:
+        if number in _BOOLEANS and not (number == _HOMING and self.dialect.cycles):
             return float(bool(int(value) & 0xFF))
-        if number in _BYTES:
+        if number in _BYTES or number == _HOMING:
             return float(int(value) & 0xFF)
         return value
 
