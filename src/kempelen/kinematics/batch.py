@@ -9,9 +9,9 @@ import numpy.typing as npt
 from kempelen.core.geometry import Array
 from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.closed import BRANCHES, closed
-from kempelen.kinematics.planar import BASE_SHOULDER_ELBOW, TURN, WITH_PITCH, Planar
+from kempelen.kinematics.planar import TURN, WITH_PITCH, Planar
 
-_BLOCK = 4096
+_BLOCK = 8192
 
 
 class Solutions(NamedTuple):
@@ -61,77 +61,87 @@ def inverse_batch(
         part = slice(start, min(start + _BLOCK, count))
         tilt = tilts if tilts.ndim == 0 else tilts[part]
         turn = rolls if rolls.ndim == 0 else rolls[part]
-        for half in range(len(chosen) // 2):
-            two = slice(2 * half, 2 * half + 2)
-            _solve(
-                arm, planar, points[:, part], tilt, turn, half == 1, joints[two, :, part], within[two, part]
-            )
+        ahead = _ahead(planar, points[:, part], tilt, turn)
+        _solve(arm, planar, ahead, joints[:2, :, part], within[:2, part])
+        if flipped:
+            _solve(arm, planar, _flipped(ahead), joints[2:, :, part], within[2:, part])
     return Solutions(joints.transpose(2, 0, 1), within.T)
 
 
-def _solve(  # noqa: PLR0917 - inside of one loop
-    arm: Arm,
-    planar: Planar,
-    points: Array,
-    tilt: Array,
-    roll: Array,
-    flipped: bool,  # noqa: FBT001 - one of two halves
-    out: Array,
-    within: npt.NDArray[np.bool_],
-) -> None:
+class _Planes(NamedTuple):
+    """Poses as seen in the arm's plane: azimuth, roll axis at the tool point (radial, up), tilt, roll."""
+
+    heading: Array
+    azimuth: Array
+    radial: Array
+    up: Array
+    cos_tilt: Array
+    sin_tilt: Array
+    tilt: Array
+    roll: Array
+    down_up: bool
+
+
+def _ahead(planar: Planar, points: Array, tilt: Array, roll: Array) -> _Planes:
+    """With the base turned towards the points (3, m)."""
+    x, y, up = points
+    c, s = np.cos(tilt), np.sin(tilt)
+    square, heading = x * x + y * y, np.arctan2(y, x)
+    with np.errstate(invalid="ignore"):
+        if planar.offset == (0.0, 0.0):
+            radial = np.sqrt(square - planar.lateral**2 if planar.lateral else square)
+        else:
+            radial, heading, up = _on_axis(planar, square, heading, up, c, s, roll)
+    azimuth = heading - np.arctan2(planar.lateral, radial) if planar.lateral else heading
+    return _Planes(heading, azimuth, radial, up, c, s, tilt, roll, down_up=False)
+
+
+def _flipped(ahead: _Planes) -> _Planes:
+    """With the base the other way round; the lateral shift turns the other way, too."""
+    return ahead._replace(
+        azimuth=2 * ahead.heading - ahead.azimuth + pi,
+        radial=-ahead.radial,
+        sin_tilt=-ahead.sin_tilt,
+        tilt=-ahead.tilt,
+        roll=ahead.roll + pi,
+        down_up=True,
+    )
+
+
+def _solve(arm: Arm, planar: Planar, planes: _Planes, out: Array, within: npt.NDArray[np.bool_]) -> None:
     """Both elbows of one way of the base; ``out`` (2, n, m), ``within`` (2, m)."""
-    if flipped:
-        tilt, roll = -tilt, roll + pi
-    azimuth, r, up = _wrist(planar, points, tilt, roll, flipped)
+    tool_r, tool_z = planar.tool
+    c, s = planes.cos_tilt, planes.sin_tilt
+    r = planes.radial - (planar.shoulder[0] + c * tool_r - s * tool_z)
+    up = planes.up - (planar.shoulder[1] + s * tool_r + c * tool_z)
     bend, lead = _triangle(planar, r, up)
     line = np.arctan2(up, r)
     s2, s3, s4, s5 = planar.signs
     f0, a0, b0, t0, r0 = planar.zero
-    for number, sign in enumerate((1.0, -1.0) if flipped else (-1.0, 1.0)):
+    for mine, good, sign in zip(out, within, (1.0, -1.0) if planes.down_up else (-1.0, 1.0), strict=True):
         arm_angle = line - sign * lead
         fore_angle = arm_angle + sign * bend
-        mine = out[number]
-        mine[0] = azimuth - f0
-        mine[1] = s2 * (arm_angle - a0)
-        mine[2] = s3 * (fore_angle - arm_angle + (a0 - b0))
+        np.subtract(planes.azimuth, f0, out=mine[0])
+        np.multiply(s2, arm_angle - a0, out=mine[1])
+        np.multiply(s3, fore_angle - arm_angle + (a0 - b0), out=mine[2])
         if arm.n >= WITH_PITCH:
-            mine[3] = s4 * (tilt - fore_angle + (b0 - t0))
+            np.multiply(s4, planes.tilt - fore_angle + (b0 - t0), out=mine[3])
         if arm.n > WITH_PITCH:
-            mine[4] = s5 * (roll - r0)
-        within[number] = _turned(arm, mine)
+            mine[4] = s5 * (planes.roll - r0)
+        good[:] = _turned(arm, mine)
 
 
-def _wrist(
-    planar: Planar,
-    points: Array,
-    tilt: Array,
-    roll: Array,
-    flipped: bool,  # noqa: FBT001 - one of two halves
+def _on_axis(  # noqa: PLR0917 - inside of one loop
+    planar: Planar, square: Array, heading: Array, z: Array, c: Array, s: Array, roll: Array
 ) -> tuple[Array, Array, Array]:
-    """Azimuth of the plane, and the wrist from the shoulder within it (radial, up)."""
-    x, y, z = points
-    (tool_r, tool_z), lateral = planar.tool, planar.lateral
-    along: float | Array = tool_r
-    shift: float | Array = lateral
-    if planar.offset != (0.0, 0.0):
-        ex, ey = planar.offset
-        c, s = np.cos(roll), np.sin(roll)
-        shift, along = lateral + ex * s + ey * c, tool_r - ex * c + ey * s
-    azimuth = np.arctan2(y, x)
-    with np.errstate(invalid="ignore"):
-        radial = np.sqrt(x * x + y * y - shift * shift)
-    if flipped:
-        radial = -radial
-    if np.any(shift):
-        azimuth = azimuth - np.arctan2(shift, radial)
-    elif flipped:
-        azimuth = azimuth + pi
-    if planar.n == BASE_SHOULDER_ELBOW:
-        return azimuth, radial - planar.shoulder[0], z - planar.shoulder[1]
-    c, s = np.cos(tilt), np.sin(tilt)
-    r = radial - (planar.shoulder[0] + c * along - s * tool_z)
-    up = z - (planar.shoulder[1] + s * along + c * tool_z)
-    return azimuth, r, up
+    """As `kempelen.kinematics.closed` does it: the roll axis, from a tool point that is off it."""
+    ex, ey = planar.offset
+    turn_c, turn_s = np.cos(roll), np.sin(roll)
+    aside, along = planar.lateral + ex * turn_s + ey * turn_c, ey * turn_s - ex * turn_c
+    radial = np.sqrt(square - aside * aside)
+    azimuth = heading - np.arctan2(aside, radial)
+    out = radial - along * c
+    return out, azimuth + np.arctan2(planar.lateral, out), z - along * s
 
 
 def _triangle(planar: Planar, r: Array, up: Array) -> tuple[Array, Array]:
@@ -151,9 +161,9 @@ def _turned(arm: Arm, joints: Array) -> npt.NDArray[np.bool_]:
     good: npt.NDArray[np.bool_] = np.ones(joints.shape[1], dtype=bool)
     for angles, (low, high) in zip(joints, arm.ranges, strict=True):
         middle, half = 0.5 * (low + high), 0.5 * (high - low) + 1e-9
-        away = angles - middle
-        if np.nanmax(np.abs(away), initial=0.0) > pi:
-            np.subtract(angles, TURN * np.rint(away / TURN), out=angles)
-            away = angles - middle
-        good &= np.abs(away) <= half
+        away = np.abs(angles - middle)
+        if not away.max(initial=0.0) <= pi:  # or not a number
+            np.subtract(angles, TURN * np.rint((angles - middle) / TURN), out=angles)
+            np.abs(angles - middle, out=away)
+        good &= away <= half
     return good

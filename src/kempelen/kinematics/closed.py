@@ -7,7 +7,7 @@ with both signs, the rest by difference. `kempelen.kinematics.batch` does many a
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from itertools import product
-from math import atan2, cos, degrees, hypot, isfinite, pi, sin, sqrt
+from math import atan2, cos, degrees, hypot, inf, isfinite, pi, remainder, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +16,23 @@ import numpy.typing as npt
 from kempelen.core.errors import MotionError, ReachError
 from kempelen.core.geometry import Array
 from kempelen.kinematics.arm import Arm
-from kempelen.kinematics.planar import BASE_SHOULDER_ELBOW, TURN, WITH_PITCH, Planar, planar_or_error
+from kempelen.kinematics.chain import forward
+from kempelen.kinematics.planar import TURN, WITH_PITCH, WITH_ROLL, Planar, planar_or_error
 
 _RANGE_TOLERANCE = 1e-9  # rad: rounding at a joint's limit is no violation
 _STRETCH_TOLERANCE = 1e-9  # of the cosine of the elbow: rounding at full stretch
+_SAME_POSE = 1e-6  # mm, and cosines
 _PLANE_TOLERANCE = 1e-6  # rad: an approach vector so far out of the plane counts as within it
 
-Raw = tuple[float, ...]
+Joints = tuple[float, ...]
+"""n joint angles within the ranges, rad."""
+
+Raw = tuple[float, float, float, float, float]
+"""Five angles in any turn, rad; those that an arm lacks are meaningless."""
+
+_Search = Callable[
+    [float, float, float, float, float, float, float, "list[tuple[Branch, Raw]] | None"], Joints | None
+]
 
 
 class Branch(NamedTuple):
@@ -103,8 +113,8 @@ def branches(
     solver = closed(arm)
     found = [
         Solution(np.array(joints), branch)
-        for branch in BRANCHES
-        for joints in solver.windows(solver.raw(x, y, z, pi - pitch, roll, branch))
+        for branch, raw in solver.every(x, y, z, pi - pitch, roll)
+        for joints in solver.windows(raw)
     ]
     if near is not None:
         here = np.asarray(near, dtype=np.float64)
@@ -133,7 +143,12 @@ def inverse_pose(arm: Arm, pose: npt.ArrayLike, near: npt.ArrayLike | None = Non
             f"upright plane through its base; with {arm.n} joints 0° is what it can do.",
             hint="Tilt the gripper towards the base or away from it, or keep it straight down.",
         )
-    return inverse(arm, position, pi - tilt, roll, near)
+    found = branches(arm, position, pi - tilt, roll, near)
+    if closed(arm).planar.lateral:  # the base flipped turns the gripper about the upright
+        found = [one for one in found if np.abs(forward(arm, one.joints) - matrix).max() < _SAME_POSE]
+    if found:
+        return found[0]
+    raise _unreached(arm, closed(arm), position, tilt, roll)
 
 
 class Closed:
@@ -149,40 +164,41 @@ class Closed:
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
         self.planar = planar_or_error(arm)
-        self.n = arm.n
-        self.low: list[float] = (arm.ranges[:, 0] - _RANGE_TOLERANCE).tolist()
-        self.high: list[float] = (arm.ranges[:, 1] + _RANGE_TOLERANCE).tolist()
-        self.raw: Callable[[float, float, float, float, float, Branch], Raw | None] = _raw_solver(self.planar)
+        self._placed = _placer(arm)
+        self._search = _searcher(self.planar, self._placed)
+        self._straight = self.planar.lateral == 0.0 and self.planar.offset == (0.0, 0.0)
 
-    def solve(self, x: float, y: float, z: float, tilt: float, roll: float) -> Raw | None:
-        """The first branch within the ranges, (n,) rad, or None; mm and rad. The fast path: no checks."""
-        low, high, raw = self.low, self.high, self.raw
-        for branch in BRANCHES:
-            joints = raw(x, y, z, tilt, roll, branch)
-            if joints is None:
-                continue
-            for angle, least, most in zip(joints, low, high, strict=True):
-                if not least <= angle <= most:
-                    break
-            else:
-                return joints
-            found = next(self.windows(joints), None)
-            if found is not None:
-                return found
-        return None
+    def solve(self, x: float, y: float, z: float, tilt: float, roll: float) -> Joints | None:
+        """The first branch within the ranges, (n,) rad, or None; without checks, the fast path."""
+        axis = self._on_axis(x, y, z, tilt, roll)
+        return None if axis is None else self._search(*axis, cos(tilt), sin(tilt), tilt, roll, None)
 
-    def solve_pose(self, pose: Array) -> Raw | None:
+    def solve_pose(self, pose: Array) -> Joints | None:
         """As `solve`, for a (4, 4) robot_from_tool whose approach vector lies in the plane."""
-        position, tilt, roll, _ = self.taken_apart(pose)
-        return self.solve(*position, tilt, roll)
+        (xx, xy, ax, x), (yx, yy, ay, y), (_, _, az, z), _ = pose.tolist()
+        radial = sqrt(x * x + y * y)
+        if not self._straight or radial == 0.0:
+            position, tilt, roll, _ = self.taken_apart(pose)
+            return self.solve(*position, tilt, roll)
+        c, s = x / radial, y / radial
+        lean = ax * c + ay * s
+        return self._search(
+            radial, atan2(y, x), z, -az, lean, atan2(lean, -az), atan2(yx * c - xx * s, yy * c - xy * s), None
+        )
 
-    def windows(self, joints: Raw | None) -> Iterator[Raw]:
+    def every(self, x: float, y: float, z: float, tilt: float, roll: float) -> list[tuple[Branch, Raw]]:
+        """All branches in the order of `BRANCHES`, ranges not looked at, always five angles."""
+        found: list[tuple[Branch, Raw]] = []
+        axis = self._on_axis(x, y, z, tilt, roll)
+        if axis is not None:
+            self._search(*axis, cos(tilt), sin(tilt), tilt, roll, found)
+        return found
+
+    def windows(self, joints: Raw) -> Iterator[Joints]:
         """The same pose within the ranges, with each joint whole turns away or not."""
-        if joints is None:
-            return iter(())
         choices = []
-        for angle, least, most in zip(joints, self.low, self.high, strict=True):
-            fitting = [one for k in _TURNS if least <= (one := angle + k) <= most]
+        for angle, (low, high) in zip(joints, self.arm.ranges.tolist(), strict=False):
+            fitting = [one for k in _TURNS if _fits(one := angle + k, low, high)]
             if not fitting:
                 return iter(())
             choices.append(fitting)
@@ -195,16 +211,36 @@ class Closed:
         axis_x, axis_y = x - xx * ex - xy * ey, y - yx * ex - yy * ey
         lateral = self.planar.lateral
         radial = sqrt(max(axis_x * axis_x + axis_y * axis_y - lateral * lateral, 0.0))
-        # e_r, from the point (radial, lateral) that it has to bring to (x, y)
-        scale = hypot(axis_x, axis_y)
-        if scale > 0:
-            c = (axis_x * radial + axis_y * lateral) / (scale * scale)
-            s = (axis_y * radial - axis_x * lateral) / (scale * scale)
-        else:
-            c, s = 1.0, 0.0
+        azimuth = atan2(axis_y, axis_x) - atan2(lateral, radial)
+        c, s = cos(azimuth), sin(azimuth)
         tilt = atan2(ax * c + ay * s, -az)
         roll = atan2(yx * c - xx * s, yy * c - xy * s)
         return (x, y, z), tilt, roll, ay * c - ax * s
+
+    def _on_axis(
+        self, x: float, y: float, z: float, tilt: float, roll: float
+    ) -> tuple[float, float, float] | None:
+        """Where the roll axis is at the tool point: how far out in the plane, heading, height."""
+        planar = self.planar
+        if planar.offset == (0.0, 0.0):
+            square = x * x + y * y - planar.lateral * planar.lateral
+            return None if square < 0 else (sqrt(square), atan2(y, x), z)
+        shift, along = off_axis(planar, roll)
+        aside = planar.lateral + shift
+        square = x * x + y * y - aside * aside
+        if square < 0:
+            return None
+        radial = sqrt(square)
+        azimuth = atan2(y, x) - atan2(aside, radial)
+        out = radial - along * cos(tilt)
+        return out, azimuth + atan2(planar.lateral, out), z - along * sin(tilt)
+
+
+def off_axis(planar: Planar, roll: float) -> tuple[float, float]:
+    """The tool point from the roll axis, mm: across the plane, and outwards where it points straight down."""
+    ex, ey = planar.offset
+    c, s = cos(roll), sin(roll)
+    return ex * s + ey * c, ey * s - ex * c
 
 
 _TURNS = (0.0, TURN, -TURN, 2 * TURN, -2 * TURN)
@@ -220,56 +256,87 @@ def closed(arm: Arm) -> Closed:
     return Closed(arm)
 
 
-def _raw_solver(
-    planar: Planar,
-) -> Callable[[float, float, float, float, float, Branch], Raw | None]:
-    """Of one arm: (x, y, z, tilt, roll, branch) to joints in no particular turn, or None out of reach."""
-    n = planar.n
+def _fits(angle: float, low: float, high: float) -> bool:
+    return low - _RANGE_TOLERANCE <= angle <= high + _RANGE_TOLERANCE
+
+
+def _placer(arm: Arm) -> Callable[[float, float, float, float, float], Joints | None]:
+    """Of one arm: five angles to n joints within the ranges, whole turns away where needed; else None."""
+    n = arm.n
+    low, high = arm.ranges[:, 0] - _RANGE_TOLERANCE, arm.ranges[:, 1] + _RANGE_TOLERANCE
+    # joints that an arm lacks never forbid anything
+    l1, l2, l3, l4, l5 = np.pad(low, (0, WITH_ROLL - n), constant_values=-inf).tolist()
+    h1, h2, h3, h4, h5 = np.pad(high, (0, WITH_ROLL - n), constant_values=inf).tolist()
+    middles = arm.ranges.mean(axis=1).tolist()
+
+    def placed(q1: float, q2: float, q3: float, q4: float, q5: float) -> Joints | None:
+        if l1 <= q1 <= h1 and l2 <= q2 <= h2 and l3 <= q3 <= h3 and l4 <= q4 <= h4 and l5 <= q5 <= h5:
+            return (q1, q2, q3, q4, q5)[:n]
+        out = []
+        for angle, middle, least, most in zip((q1, q2, q3, q4, q5), middles, low, high, strict=False):
+            near = middle + remainder(angle - middle, TURN)
+            if not least <= near <= most:
+                return None
+            out.append(near)
+        return tuple(out)
+
+    return placed
+
+
+def _searcher(
+    planar: Planar, placed: Callable[[float, float, float, float, float], Joints | None]
+) -> _Search:
+    """Of one arm: the wrist's triangle in the plane, solved for both ways of the base and of the elbow."""
     shoulder_r, shoulder_z = planar.shoulder
-    upper, lower, lateral0 = planar.upper, planar.lower, planar.lateral
+    upper, lower, lateral = planar.upper, planar.lower, planar.lateral
     s2, s3, s4, s5 = planar.signs
     f0, a0, b0, t0, r0 = planar.zero
     tool_r, tool_z = planar.tool
-    ex, ey = planar.offset
-    has_pitch = n > BASE_SHOULDER_ELBOW
-    off_axis = ex != 0.0 or ey != 0.0
     squares, twice = upper * upper + lower * lower, 2 * upper * lower
     beyond = 1 + _STRETCH_TOLERANCE
 
-    def raw(  # noqa: PLR0917 - names would cost time
-        x: float, y: float, z: float, tilt: float, roll: float, branch: Branch
-    ) -> Raw | None:
-        flipped, elbow_up = branch
-        if flipped:
-            tilt, roll = -tilt, roll + pi
-        lateral, along = lateral0, tool_r
-        if off_axis:
-            c, s = cos(roll), sin(roll)
-            lateral, along = lateral0 + ex * s + ey * c, tool_r - ex * c + ey * s
-        square = x * x + y * y - lateral * lateral
-        if square < 0:
-            return None
-        radial, azimuth = sqrt(square), atan2(y, x)
-        if flipped:
-            radial, azimuth = -radial, azimuth + pi
-        if lateral:
-            azimuth -= atan2(lateral, radial) - (pi if flipped else 0.0)
-        c, s = (cos(tilt), sin(tilt)) if has_pitch else (0.0, 0.0)
-        r = radial - shoulder_r - c * along + s * tool_z
-        up = z - shoulder_z - s * along - c * tool_z
-        bend_cos = (r * r + up * up - squares) / twice
-        if not -beyond <= bend_cos <= beyond:
-            return None
-        bend_sin = sqrt(max(1 - bend_cos * bend_cos, 0.0))
-        if elbow_up is not flipped:
-            bend_sin = -bend_sin
-        bend = atan2(bend_sin, bend_cos)
-        arm_angle = atan2(up, r) - atan2(lower * bend_sin, upper + lower * bend_cos) - a0
-        fore_angle = arm_angle + a0 + bend - b0
-        q1, q2, q3 = azimuth - f0, s2 * arm_angle, s3 * (fore_angle - arm_angle)
-        return (q1, q2, q3, s4 * (tilt - t0 - fore_angle), s5 * (roll - r0))[:n]
+    def search(  # noqa: PLR0917 - names would cost time
+        radial: float,
+        heading: float,
+        z: float,
+        c: float,
+        s: float,
+        tilt: float,
+        roll: float,
+        every: list[tuple[Branch, Raw]] | None,
+    ) -> Joints | None:
+        azimuth = heading - atan2(lateral, radial) if lateral else heading
+        for flipped in _WAYS:
+            if flipped:
+                azimuth = 2 * heading - azimuth + pi  # the lateral shift turns the other way
+                radial, s, tilt, roll = -radial, -s, -tilt, roll + pi
+            r = radial - shoulder_r - c * tool_r + s * tool_z
+            up = z - shoulder_z - s * tool_r - c * tool_z
+            bend_cos = (r * r + up * up - squares) / twice
+            if not -beyond <= bend_cos <= beyond:
+                continue
+            bend_sin = sqrt(1 - bend_cos * bend_cos) if -1 < bend_cos < 1 else 0.0
+            line, bend = atan2(up, r), atan2(bend_sin, bend_cos)
+            lead = atan2(lower * bend_sin, upper + lower * bend_cos)
+            q1, q5 = azimuth - f0, s5 * (roll - r0)
+            for sign in _DOWN_UP if flipped else _UP_DOWN:
+                arm_angle = line - sign * lead
+                fore_angle = arm_angle + sign * bend
+                q2, q3 = s2 * (arm_angle - a0), s3 * (fore_angle - arm_angle + a0 - b0)
+                q4 = s4 * (tilt - t0 - fore_angle + b0)
+                if every is not None:
+                    every.append((Branch(flipped, (sign < 0) is not flipped), (q1, q2, q3, q4, q5)))
+                    continue
+                joints = placed(q1, q2, q3, q4, q5)
+                if joints is not None:
+                    return joints
+        return None
 
-    return raw
+    return search
+
+
+_WAYS = (False, True)
+_UP_DOWN, _DOWN_UP = (-1.0, 1.0), (1.0, -1.0)
 
 
 def _finite(arm: Arm, position: npt.ArrayLike, *angles: float) -> tuple[float, float, float]:
@@ -285,8 +352,7 @@ def _unreached(arm: Arm, solver: Closed, position: npt.ArrayLike, tilt: float, r
     told = f"Arm {arm.name} cannot take the tool point to ({x:.1f}, {y:.1f}, {z:.1f}) mm"
     if arm.n >= WITH_PITCH:
         told += f" with the gripper tilted {degrees(tilt):.1f}°"
-    raws = [(branch, solver.raw(x, y, z, tilt, roll, branch)) for branch in BRANCHES]
-    known = [(branch, raw) for branch, raw in raws if raw is not None]
+    known = solver.every(x, y, z, tilt, roll)
     if not known:
         return ReachError(f"{told}: {_missed(solver.planar, x, y, z, tilt)}.", hint=_NEARER)
     excess, branch, joint, angle = min(_worst(solver, branch, raw) for branch, raw in known)
@@ -304,8 +370,7 @@ _NEARER = "Allow more tilt, or move the place; kempelen arm place tells where a 
 def _worst(solver: Closed, branch: Branch, raw: Raw) -> tuple[float, Branch, int, float]:
     """The joint farthest outside its range, with the angle in the turn that is least so."""
     worst = (-1.0, branch, 0, 0.0)
-    for joint, angle in enumerate(raw):
-        low, high = solver.arm.ranges[joint]
+    for joint, (angle, (low, high)) in enumerate(zip(raw, solver.arm.ranges, strict=False)):
         excess, best = min((max(low - one, one - high, 0.0), one) for one in (angle + k for k in _TURNS))
         worst = max(worst, (float(excess), branch, joint, best))
     return worst
@@ -317,8 +382,6 @@ def _missed(planar: Planar, x: float, y: float, z: float, tilt: float) -> str:
     if square < 0:
         return f"it is {abs(planar.lateral) - hypot(x, y):.1f} mm too near to the base's axis"
     (tool_r, tool_z), c, s = planar.tool, cos(tilt), sin(tilt)
-    if planar.n == BASE_SHOULDER_ELBOW:
-        c = s = 0.0
     r = sqrt(square) - planar.shoulder[0] - c * tool_r + s * tool_z
     up = z - planar.shoulder[1] - s * tool_r - c * tool_z
     distance, most, least = hypot(r, up), planar.upper + planar.lower, abs(planar.upper - planar.lower)

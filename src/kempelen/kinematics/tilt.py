@@ -17,8 +17,8 @@ from kempelen.core.errors import ReachError
 from kempelen.core.geometry import Array
 from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.batch import inverse_batch
-from kempelen.kinematics.closed import BRANCHES, Branch, Closed, closed, inverse
-from kempelen.kinematics.planar import TURN, Planar
+from kempelen.kinematics.closed import BRANCHES, Branch, Closed, closed, inverse, off_axis
+from kempelen.kinematics.planar import TURN
 
 MOST_TILT = float(np.radians(60.0))
 """Beyond this the gripper is refused unless the caller allows more, rad."""
@@ -178,8 +178,11 @@ def _stretches(arm: Arm, points: Array, most: float, roll: float) -> tuple[Array
 def _events(solver: Closed, points: Array, roll: float, *, flipped: bool = False) -> Array:
     """(m, 16) tilts at which something is at its limit; NaN where it never is."""
     planar = solver.planar
-    target = _in_plane(planar, points, roll, flipped) - complex(*planar.shoulder)
-    tool = _tool(planar, roll + pi if flipped else roll)
+    shift, along = off_axis(planar, roll)
+    way = -1 if flipped else 1
+    square = (points[:, :2] ** 2).sum(axis=1) - (planar.lateral + shift) ** 2
+    target = way * np.sqrt(np.maximum(square, 0.0)) + 1j * points[:, 2] - complex(*planar.shoulder)
+    tool = complex(planar.tool[0] + way * along, planar.tool[1])
     s2, s3, s4, _ = planar.signs
     _, a0, b0, t0, _ = planar.zero
     ranges = solver.arm.ranges
@@ -192,21 +195,6 @@ def _events(solver: Closed, points: Array, roll: float, *, flipped: bool = False
     out += [_meet(target - upper * np.exp(1j * (s2 * q2 + a0)), tool, lower) for q2 in ranges[1]]
     out += [_meet(target, tool + lower * np.exp(1j * (b0 - t0 - s4 * q4)), upper) for q4 in ranges[3]]
     return np.concatenate(out, axis=1)
-
-
-def _in_plane(planar: Planar, points: Array, roll: float, flipped: bool) -> npt.NDArray[np.complex128]:  # noqa: FBT001
-    """Tool points as radial + up·i."""
-    ex, ey = planar.offset
-    turn = roll + pi if flipped else roll
-    lateral = planar.lateral + ex * np.sin(turn) + ey * np.cos(turn)
-    radial = np.sqrt(np.maximum((points[:, :2] ** 2).sum(axis=1) - lateral**2, 0.0))
-    return np.asarray((-radial if flipped else radial) + 1j * points[:, 2], dtype=np.complex128)
-
-
-def _tool(planar: Planar, roll: float) -> complex:
-    """From wrist to tool point with the gripper straight down, as radial + up·i."""
-    ex, ey = planar.offset
-    return complex(planar.tool[0] - ex * np.cos(roll) + ey * np.sin(roll), planar.tool[1])
 
 
 def _meet(target: npt.NDArray[np.complex128], lever: complex, radius: float) -> Array:
