@@ -1,4 +1,4 @@
-"""The hand: any Cartesian robot with a gripper, and a planner.
+"""The hand: a robot with a gripper, and a planner; what all hands share, and that of any Cartesian robot.
 
 A transfer is two atomic groups with checkpoints between them::
 
@@ -9,7 +9,9 @@ Each group ends at a barrier, so that what a checkpoint says is physically true 
 
 import asyncio
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import chess
 import numpy as np
@@ -22,6 +24,7 @@ from kempelen.core.protocols import (
     Action,
     Checkpoint,
     Follow,
+    FollowJoints,
     GripperState,
     OnCheckpoint,
     Robot,
@@ -38,29 +41,54 @@ from kempelen.motion.scene import Clearances, Scene
 _HELPLESS = frozenset({RobotPhase.ALARM, RobotPhase.DISCONNECTED})
 
 
-class CartesianHand:
-    """Implements `kempelen.core.protocols.Hand`.
+class Way(NamedTuple):
+    """A planned motion.
+
+    Attributes:
+        action: What the robot is sent.
+        bound: No motion is faster, s.
+    """
+
+    action: Follow | FollowJoints
+    bound: float
+
+    @property
+    def seconds(self) -> float:
+        """Predicted time, s."""
+        return self.action.seconds
+
+    @property
+    def end(self) -> Array:
+        """Where it leads: the tool point (3,) mm, or joint angles (n,) rad."""
+        last: Array = self.action.vertices[-1]
+        return last
+
+
+class TransferHand(ABC):
+    """What every hand does alike; implements `kempelen.core.protocols.Hand`. Ways are planned below it.
 
     Args:
         robot: Entered.
         table: Where everything is; may be replaced between transfers, after a new calibration.
-        planner: One of `kempelen.motion.planners.PLANNERS`.
         clearances: How far to stay away from things.
         clock: For the measured times, s.
+
+    Attributes:
+        home_is_aside: Whether the hand is out of everybody's way where homing ends.
     """
+
+    home_is_aside = True
 
     def __init__(
         self,
         robot: Robot,
         table: Table,
         *,
-        planner: str = DEFAULT_PLANNER,
         clearances: Clearances | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.robot = robot
         self.table = table
-        self.planner = planner
         self._clearances = clearances or Clearances()
         self._clock = clock
         self._underway: tuple[float, float] | None = None  # since when, and for how long, s
@@ -87,8 +115,10 @@ class CartesianHand:
         Raises:
             RobotError: what went wrong, and what to do.
         """
-        if not await self._homed_now():
+        homed_now = await self._homed_now()
+        if not homed_now:
             await self.robot.retract()
+        if not (homed_now and self.home_is_aside):
             await self.park(self._anything)
         await self._open()
 
@@ -105,16 +135,16 @@ class CartesianHand:
         scene = self._scene(standing)
         if self.state.gripper is not GripperState.OPEN:
             await self._open()
-        approach = plan_approach(scene, self._here(), transfer.source, planner=self.planner)
+        approach = self._approach(scene, transfer)
         await checkpoint(Checkpoint.GRIPPING)
         started = self._clock()
         plan = await self._while_driving(
-            [self._follow(approach), self._grip(closed=True)],
-            lambda: plan_carry(scene, transfer, planner=self.planner),
+            [approach.action, self._grip(closed=True)],
+            lambda: self._carry(scene, transfer, after=approach),
         )
         await checkpoint(Checkpoint.CARRYING)
         gripped = self._clock()
-        await self._drive(self._follow(plan), self._grip(closed=False))
+        await self._drive(plan.action, self._grip(closed=False))
         released = self._clock()
         await checkpoint(Checkpoint.RELEASED)
         gripper = self.table.gripper
@@ -137,8 +167,8 @@ class CartesianHand:
         """
         if not await self._homed_now():
             await self.robot.retract()
-        plan = plan_carry(self._scene(standing), transfer, start=self._here(), planner=self.planner)
-        await self._drive(self._follow(plan), self._grip(closed=False))
+        plan = self._carry(self._scene(standing), transfer, after=None)
+        await self._drive(plan.action, self._grip(closed=False))
         await checkpoint(Checkpoint.RELEASED)
 
     async def park(self, standing: Layout) -> None:
@@ -148,8 +178,7 @@ class CartesianHand:
             MotionError: no path.
             RobotError: as `Robot.run`.
         """
-        plan = plan_leave(self._scene(standing), self._here(), planner=self.planner)
-        await self._drive(self._follow(plan))
+        await self._drive(self._leave(self._scene(standing)).action)
 
     async def hold(self) -> None:
         """Pause at once, also with a piece in the gripper."""
@@ -172,7 +201,7 @@ class CartesianHand:
         finally:
             self._underway = None
 
-    async def _while_driving(self, group: Sequence[Action], plan_next: Callable[[], Plan]) -> Plan:
+    async def _while_driving(self, group: Sequence[Action], plan_next: Callable[[], Way]) -> Way:
         """Drive a group and plan what follows meanwhile; a failed plan brings the machine to rest."""
         driving = asyncio.ensure_future(self._drive(*group))
         try:
@@ -207,12 +236,56 @@ class CartesianHand:
         gripper = self.table.gripper
         return SetGripper(closed, gripper.close_seconds if closed else gripper.open_seconds)
 
-    @staticmethod
-    def _follow(plan: Plan) -> Follow:
-        return Follow(plan.vertices, plan.seconds)
-
     def _scene(self, standing: Layout) -> Scene:
         return Scene(self.table, standing, self._clearances)
+
+    # --- ways -----------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def _approach(self, scene: Scene, transfer: Transfer) -> Way:
+        """With open fingers from here to the grip."""
+
+    @abstractmethod
+    def _carry(self, scene: Scene, transfer: Transfer, *, after: Way | None) -> Way:
+        """With the piece from the end of its approach, or from here, to where it is let go."""
+
+    @abstractmethod
+    def _leave(self, scene: Scene) -> Way:
+        """With open fingers from here to where the hand waits."""
+
+
+class CartesianHand(TransferHand):
+    """The hand of a robot whose tool point is moved along straight axes.
+
+    Args:
+        robot: As for any hand.
+        table: As for any hand.
+        planner: One of `kempelen.motion.planners.PLANNERS`.
+        clearances: As for any hand.
+        clock: As for any hand.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        table: Table,
+        *,
+        planner: str = DEFAULT_PLANNER,
+        clearances: Clearances | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(robot, table, clearances=clearances, clock=clock)
+        self.planner = planner
+
+    def _approach(self, scene: Scene, transfer: Transfer) -> Way:
+        return _way(plan_approach(scene, self._here(), transfer.source, planner=self.planner))
+
+    def _carry(self, scene: Scene, transfer: Transfer, *, after: Way | None) -> Way:
+        start = self._here() if after is None else None
+        return _way(plan_carry(scene, transfer, start=start, planner=self.planner))
+
+    def _leave(self, scene: Scene) -> Way:
+        return _way(plan_leave(scene, self._here(), planner=self.planner))
 
     def _here(self) -> Array:
         """(3,) the tool point, robot frame, mm; a step's rounding beyond the work space counts as inside."""
@@ -221,3 +294,7 @@ class CartesianHand:
             raise NotHomedError("The hand does not know where it is.", hint="Home it first.")
         here: Array = np.clip(np.array(position), self.table.space.lower, self.table.space.upper)
         return here
+
+
+def _way(plan: Plan) -> Way:
+    return Way(Follow(plan.vertices, plan.seconds), plan.bound)
