@@ -92,6 +92,10 @@ class Simulation:
         """(3,) mm, robot frame: where the tool point really is."""
         return self.machine.tool(self.joints)
 
+    def open_fingers(self) -> None:
+        """At once."""
+        self._hand[self._fingers], self._hand_speeds[:] = 0.0, 0.0
+
     @property
     def fingers_at_rest(self) -> bool:
         """Whether the fingers stand still."""

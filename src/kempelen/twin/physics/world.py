@@ -172,6 +172,13 @@ class World:
         self._fingers_rest = simulation.fingers_at_rest
         self._still = self._still + dt if simulation.still else 0.0
 
+    def teleport(self, joints: Sequence[float] | Array) -> None:
+        """Put the machine somewhere at once, its gripper open, as no motor could: for tests and trials."""
+        self._simulation.joints = np.asarray(joints, dtype=np.float64)
+        self._simulation.open_fingers()
+        self._closed = self._fingers_rest = False
+        self._forget()
+
     # --- truth ----------------------------------------------------------------------------------------------
 
     def pieces(self) -> list[PieceTruth]:
