@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from kempelen.app.config import Config
 from kempelen.app.robot_defaults import ARM
 from kempelen.core.errors import ConfigError
+from kempelen.core.protocols import Options
 from kempelen.kinematics import Arm, load_arm
 from kempelen.twin.spec import ArmSpec
 
@@ -20,6 +21,10 @@ class _Choice(BaseModel):
     arm: str = Field(default="labvolt-5150", min_length=1, max_length=500)
     bridge: Literal["grblhal", "latch"] = "grblhal"
     drift_budget: bool = True
+
+
+_APP_ONLY = ("drift_budget",)
+"""What no driver knows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +61,13 @@ def arm_setup(config: Config) -> ArmSetup | None:
             hint='Known: arm = NAME or FILE.toml, bridge = "grblhal" or "latch", drift_budget = true, false.',
         ) from None
     return ArmSetup(load_arm(choice.arm), choice.arm, choice.bridge, choice.drift_budget)
+
+
+def driver_options(config: Config) -> Options:
+    """What the driver is told of ``[robot.options]``."""
+    if config.robot.kind != ARM:
+        return config.robot.options
+    return {key: value for key, value in config.robot.options.items() if key not in _APP_ONLY}
 
 
 def arm_spec(config: Config) -> ArmSpec | None:

@@ -13,7 +13,6 @@ import numpy as np
 
 from kempelen.core.geometry import Array
 from kempelen.core.protocols import Action, Follow, FollowJoints, Robot, RobotState, SetGripper
-from kempelen.core.table import WorkSpace
 from kempelen.kinematics import Arm, forward
 from kempelen.kinematics.drift import JointErrors
 
@@ -31,6 +30,8 @@ class KeptArm:
         arm: Its model.
 
     Attributes:
+        name: The driver's.
+        space: The driver's.
         errors: What is known of the joints.
         homings: How often they were homed.
         looks: How many pieces that were set down have been looked at.
@@ -38,22 +39,13 @@ class KeptArm:
 
     def __init__(self, robot: Robot, arm: Arm) -> None:
         self._robot = robot
+        self.name, self.space = robot.name, robot.space
         self.arm = arm
         self.errors = self._fresh()
         self.homings = self.looks = 0
 
     def _fresh(self) -> JointErrors:
         return JointErrors.homed(self.arm).warmed(self.arm, 0.0, WARMTH)
-
-    @property
-    def name(self) -> str:
-        """The driver's."""
-        return self._robot.name
-
-    @property
-    def space(self) -> WorkSpace:
-        """The driver's."""
-        return self._robot.space
 
     @property
     def state(self) -> RobotState:

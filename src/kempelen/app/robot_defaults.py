@@ -22,7 +22,7 @@ from kempelen.core.arm_table import (
 GANTRY = "gantry"
 ARM = "arm"
 
-SHAPED_BY_ROBOT = ("table", "pieces", "gripper")
+SHAPED_BY_ROBOT = ("table", "pieces", "gripper", "planner")
 """Sections whose defaults depend on the kind of robot."""
 
 _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
@@ -36,6 +36,7 @@ _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
         },
         "pieces": {"preset": ARM_PIECES},
         "gripper": ARM_GRIPPER.model_dump(),
+        "planner": {"clearances": {"align": 1.0, "off_centre": 1.5}},
         "twin": {"scatter": 1.5},
     }
 }

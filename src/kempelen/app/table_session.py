@@ -8,15 +8,19 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Self
 
-from kempelen.app.arm_setup import arm_spec
+from kempelen.app.arm_calibration import calibrated_arm
+from kempelen.app.arm_setup import arm_setup, arm_spec, driver_options
 from kempelen.app.calibration_file import load_calibration
+from kempelen.app.careful_hand import CarefulHand
 from kempelen.app.config import Config
 from kempelen.app.fitting import require_table
-from kempelen.app.timed_hand import TimedHand
+from kempelen.app.kept_arm import KeptArm
+from kempelen.app.timed_hand import TableHand, TimedHand
 from kempelen.core.errors import ConfigError
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot
 from kempelen.core.table import Table
+from kempelen.robots.arm_hand import ArmHand
 from kempelen.robots.hand import CartesianHand
 from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.client import TwinControl, TwinProcess
@@ -42,7 +46,7 @@ def make_robot(config: Config, port: str, table: Table) -> Robot:
             f"There is no driver for a robot of kind '{config.robot.kind}'.",
             hint=f"Installed: {', '.join(robot_kinds())}.",
         )
-    robot: Robot = next(iter(found)).load()(port, table, config.robot.options)
+    robot: Robot = next(iter(found)).load()(port, table, driver_options(config))
     return robot
 
 
@@ -86,6 +90,8 @@ class TableSession:
         camera: Over the table of a twin of our own; None for none.
 
     Attributes:
+        robot: The driver; of an arm one that makes up for its drift.
+        careful: The hand that sees to an arm's drift; None for other robots, and where that is switched off.
         twin: Its process; None on a real machine or a twin of somebody else's.
         control: The twin's side door, if there is one: for reports and the virtual person alone.
     """
@@ -107,6 +113,8 @@ class TableSession:
         self._state = state
         self._resume = resume
         self._stack = AsyncExitStack()
+        self.robot: Robot
+        self.careful: CarefulHand | None = None
         self.twin: TwinProcess | None = None
         self.control: TwinControl | None = None
 
@@ -121,13 +129,24 @@ class TableSession:
         try:
             port = await self._far_end()
             self.robot = await self._stack.enter_async_context(make_robot(self._config, port, self.table))
-            planner = self._config.planner
-            hand = CartesianHand(self.robot, self.table, planner=planner.name, clearances=planner.clearances)
-            self.hand = TimedHand(hand, self.control)
+            self.hand = TimedHand(self._hand(), self.control)
         except BaseException:
             await self._stack.aclose()
             raise
         return self
+
+    def _hand(self) -> TableHand:
+        """The hand that suits the robot; an arm's drift is kept account of unless that is switched off."""
+        planner, setup = self._config.planner, arm_setup(self._config)
+        if setup is None:
+            return CartesianHand(self.robot, self.table, planner=planner.name, clearances=planner.clearances)
+        arm = calibrated_arm(self._config.arm_calibration_path, setup.arm)
+        if not setup.drift_budget:
+            return ArmHand(self.robot, self.table, arm, clearances=planner.clearances)
+        self.robot = kept = KeptArm(self.robot, arm)
+        hand = ArmHand(kept, self.table, arm, clearances=planner.clearances)
+        self.careful = CarefulHand(hand, kept)
+        return self.careful
 
     async def _far_end(self) -> str:
         if not self._config.on_twin:
