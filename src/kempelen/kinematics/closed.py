@@ -27,6 +27,9 @@ _PLANE_TOLERANCE = 1e-6  # rad: an approach vector so far out of the plane count
 Joints = tuple[float, ...]
 """n joint angles within the ranges, rad."""
 
+View = tuple[tuple[float, float, float], float, float, float]
+"""Position, tilt, roll, and how far the approach vector leans out of the plane (a sine)."""
+
 Raw = tuple[float, float, float, float, float]
 """Five angles in any turn, rad; those that an arm lacks are meaningless."""
 
@@ -110,16 +113,15 @@ def branches(
         MotionError: the arm is of another family, or a number is not finite.
     """
     x, y, z = _finite(arm, position, pitch, roll)
-    solver = closed(arm)
-    found = [
-        Solution(np.array(joints), branch)
-        for branch, raw in solver.every(x, y, z, pi - pitch, roll)
-        for joints in solver.windows(raw)
-    ]
-    if near is not None:
-        here = np.asarray(near, dtype=np.float64)
-        found.sort(key=lambda one: float(np.abs(one.joints - here).sum()))
-    return found
+    return nearest_first(closed(arm).solutions(x, y, z, pi - pitch, roll), near)
+
+
+def nearest_first(found: list[Solution], near: npt.ArrayLike | None) -> list[Solution]:
+    """In order of the sum of angles from ``near``; as they are without it."""
+    if near is None:
+        return found
+    here = np.asarray(near, dtype=np.float64)
+    return sorted(found, key=lambda one: float(np.abs(one.joints - here).sum()))
 
 
 def inverse_pose(arm: Arm, pose: npt.ArrayLike, near: npt.ArrayLike | None = None) -> Solution:
@@ -136,19 +138,18 @@ def inverse_pose(arm: Arm, pose: npt.ArrayLike, near: npt.ArrayLike | None = Non
         MotionError: the arm is of another family, or a number is not finite.
     """
     matrix = np.asarray(pose, dtype=np.float64)
-    position, tilt, roll, out_of_plane = closed(arm).taken_apart(matrix)
+    solver = closed(arm)
+    found = solver.posed(matrix, near)
+    if found:
+        return found[0]
+    position, tilt, roll, out_of_plane = min(solver.views(matrix), key=lambda view: abs(view[3]))
     if abs(out_of_plane) > _PLANE_TOLERANCE and arm.n >= WITH_PITCH:
         raise ReachError(
             f"Arm {arm.name} cannot lean the gripper {degrees(abs(out_of_plane)):.3g}° sideways out of the "
             f"upright plane through its base; with {arm.n} joints 0° is what it can do.",
             hint="Tilt the gripper towards the base or away from it, or keep it straight down.",
         )
-    found = branches(arm, position, pi - tilt, roll, near)
-    if closed(arm).planar.lateral:  # the base flipped turns the gripper about the upright
-        found = [one for one in found if np.abs(forward(arm, one.joints) - matrix).max() < _SAME_POSE]
-    if found:
-        return found[0]
-    raise _unreached(arm, closed(arm), position, tilt, roll)
+    raise _unreached(arm, solver, position, tilt, roll)
 
 
 class Closed:
@@ -178,13 +179,33 @@ class Closed:
         (xx, xy, ax, x), (yx, yy, ay, y), (_, _, az, z), _ = pose.tolist()
         radial = sqrt(x * x + y * y)
         if not self._straight or radial == 0.0:
-            position, tilt, roll, _ = self.taken_apart(pose)
-            return self.solve(*position, tilt, roll)
+            found = self.posed(pose)
+            return tuple(found[0].joints.tolist()) if found else None
         c, s = x / radial, y / radial
         lean = ax * c + ay * s
         return self._search(
             radial, atan2(y, x), z, -az, lean, atan2(lean, -az), atan2(yx * c - xx * s, yy * c - xy * s), None
         )
+
+    def posed(self, pose: Array, near: npt.ArrayLike | None = None) -> list[Solution]:
+        """All solutions of a (4, 4) pose, nearest first where ``near`` is given."""
+        found = [
+            one
+            for (x, y, z), tilt, roll, out_of_plane in self.views(pose)
+            if abs(out_of_plane) <= _PLANE_TOLERANCE or self.arm.n < WITH_PITCH
+            for one in self.solutions(x, y, z, tilt, roll)
+        ]
+        if self.planar.lateral:  # with the base flipped, the same angles turn the gripper another way
+            found = [one for one in found if np.abs(forward(self.arm, one.joints) - pose).max() < _SAME_POSE]
+        return nearest_first(found, near)
+
+    def solutions(self, x: float, y: float, z: float, tilt: float, roll: float) -> list[Solution]:
+        """All within the ranges, whole turns apart included."""
+        return [
+            Solution(np.array(joints), branch)
+            for branch, raw in self.every(x, y, z, tilt, roll)
+            for joints in self.windows(raw)
+        ]
 
     def every(self, x: float, y: float, z: float, tilt: float, roll: float) -> list[tuple[Branch, Raw]]:
         """All branches in the order of `BRANCHES`, ranges not looked at, always five angles."""
@@ -204,18 +225,20 @@ class Closed:
             choices.append(fitting)
         return product(*choices)
 
-    def taken_apart(self, pose: Array) -> tuple[tuple[float, float, float], float, float, float]:
-        """Position, tilt, roll and lean out of the plane of a (4, 4) pose, as the arm ahead would take it."""
+    def views(self, pose: Array) -> list[View]:
+        """A (4, 4) pose as seen in the plane of the base ahead and, where it differs, of the base flipped."""
         (xx, xy, ax, x), (yx, yy, ay, y), (_, _, az, z), _ = pose.tolist()
         ex, ey = self.planar.offset
         axis_x, axis_y = x - xx * ex - xy * ey, y - yx * ex - yy * ey
         lateral = self.planar.lateral
         radial = sqrt(max(axis_x * axis_x + axis_y * axis_y - lateral * lateral, 0.0))
-        azimuth = atan2(axis_y, axis_x) - atan2(lateral, radial)
-        c, s = cos(azimuth), sin(azimuth)
-        tilt = atan2(ax * c + ay * s, -az)
-        roll = atan2(yx * c - xx * s, yy * c - xy * s)
-        return (x, y, z), tilt, roll, ay * c - ax * s
+        heading, turn = atan2(axis_y, axis_x), atan2(lateral, radial)
+        found = []
+        for azimuth in (heading - turn, heading + turn) if lateral else (heading,):
+            c, s = cos(azimuth), sin(azimuth)
+            tilt, roll = atan2(ax * c + ay * s, -az), atan2(yx * c - xx * s, yy * c - xy * s)
+            found.append(((x, y, z), tilt, roll, ay * c - ax * s))
+        return found
 
     def _on_axis(
         self, x: float, y: float, z: float, tilt: float, roll: float
