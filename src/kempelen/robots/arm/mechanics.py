@@ -51,7 +51,8 @@ class ArmAxes:
 
     name = "arm"
     unit = "°"
-    preamble = f"{PREAMBLE}G94"
+    mark = f"{PREAMBLE}G94{MEMORY_MARK}"
+    unlock = "$X"
 
     def __init__(self, motors: Motors, space: WorkSpace) -> None:
         self.motors = motors

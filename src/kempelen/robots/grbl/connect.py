@@ -65,9 +65,9 @@ async def greet(
         SettingsError: the settings do not fit.
     """
     at_work = reopen = False
-    if not await _restarted(link, timing):
-        at_work, reopen = await _calm(link, wiring, timing)
-    await _synchronise(link, timing)
+    if not await restarted(link, timing):
+        at_work, reopen = await calm(link, wiring, timing)
+    await synchronise(link, timing)
     build = await link.request("$I")
     window = _window(build, link.transport.name)
     _count_axes(link, build, mechanics)
@@ -88,7 +88,7 @@ async def greet(
     )
 
 
-async def _restarted(link: Link, timing: Timing) -> bool:
+async def restarted(link: Link, timing: Timing) -> bool:
     """Wait for the first word: True for a banner, False when the controller has been running on."""
     try:
         patience = timing.banner if link.transport.resets else timing.quiet
@@ -121,7 +121,7 @@ def _foreign(link: Link) -> LinkError:
     name = link.transport.name
     if link.raw_heard:
         return LinkError(
-            f"{name}: the device that answers is not GRBL; it said {link.raw_heard!r}.",
+            f"{name}: the device that answers is not {link.framing.device}; it said {link.raw_heard!r}.",
             hint="Choose another port (`kempelen doctor` lists them), or check the baud rate (115200).",
         )
     return LinkError(
@@ -143,7 +143,7 @@ async def at_rest(link: Link, timing: Timing) -> Status:
         await asyncio.sleep(timing.poll)
 
 
-async def _calm(link: Link, wiring: GripperWiring, timing: Timing) -> tuple[bool, bool]:
+async def calm(link: Link, wiring: GripperWiring, timing: Timing) -> tuple[bool, bool]:
     """Wait for what still moves, end what was left held.
 
     Returns:
@@ -172,7 +172,7 @@ async def _accessories(link: Link, timing: Timing) -> str:
     return ""
 
 
-async def _synchronise(link: Link, timing: Timing) -> None:
+async def synchronise(link: Link, timing: Timing) -> None:
     """Void whatever a dead sender left in the controller's line buffer, and the answers it was owed."""
     mark = link.errors
     link.realtime(_NOT_A_LINE)
@@ -209,7 +209,7 @@ def _count_axes(link: Link, build: list[Event], mechanics: Mechanics) -> None:
             f"{mechanics.name} needs {wanted} ({mechanics.axes}).",
             hint="Choose another port, or firmware built for so many axes.",
         )
-    link.expect_axes(wanted)
+    link.framing.expect_axes(wanted)
 
 
 def _misfits(settings: dict[int, float], build: list[Event], mechanics: Mechanics) -> list[Misfit]:

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 
 from kempelen.core.errors import KempelenError, LinkError, RobotError
 from kempelen.robots.grbl import codec
-from kempelen.robots.grbl.codec import Alarm, Banner, Damaged, Decoder, Error, Event, Ok, Status
-from kempelen.robots.grbl.explain import alarm_error, error_text
+from kempelen.robots.grbl.codec import Alarm, Banner, Damaged, Error, Event, Ok, Status
+from kempelen.robots.grbl.explain import alarm_error
+from kempelen.robots.grbl.framing import Bare, Framing
 from kempelen.robots.transport import Transport
 
 WINDOW = 120  # bytes in flight; the firmware's buffer holds 127
@@ -26,8 +27,8 @@ class RefusedError(RobotError):
         code: GRBL's number.
     """
 
-    def __init__(self, code: int, line: bytes) -> None:
-        what, hint = error_text(code)
+    def __init__(self, code: int, line: bytes, explained: tuple[str, str]) -> None:
+        what, hint = explained
         super().__init__(
             f"The controller refused '{line.decode('ascii', 'replace').strip()}' (error {code}): {what}.",
             hint=hint,
@@ -49,12 +50,14 @@ class Stream:
         acknowledged: How many lines the controller has taken so far; goes on after a failure until it
             restarts.
         replies: What it said before its acknowledgements.
+        framing: Of the link that it goes over, which sets it.
     """
 
     lines: Sequence[bytes]
     window: int = WINDOW
     acknowledged: int = 0
     replies: list[Event] = field(default_factory=list)
+    framing: Framing = field(default_factory=Bare)
     _next: int = 0
     _sizes: deque[int] = field(default_factory=deque)
     _in_flight: int = 0
@@ -69,13 +72,13 @@ class Stream:
         """Everything that may go out now, in one piece."""
         first = self._next
         while self._next < len(self.lines):
-            size = len(self.lines[self._next])
+            size = len(self.lines[self._next]) + self.framing.overhead
             if self._sizes and self._in_flight + size > self.window:
                 break
             self._sizes.append(size)
             self._in_flight += size
             self._next += 1
-        return b"".join(self.lines[first : self._next])
+        return b"".join(map(self.framing.encode, self.lines[first : self._next]))
 
     def acknowledge(self) -> None:
         """One line fewer in flight."""
@@ -112,6 +115,7 @@ class Link:
         transport: Belongs to the link from now on.
         listener: Called with every event, in the order of the wire, by the owning task.
         on_lost: Called once, when the line is lost.
+        framing: Of the lines.
 
     Attributes:
         status: The last report.
@@ -125,12 +129,16 @@ class Link:
     """
 
     def __init__(
-        self, transport: Transport, listener: Callable[[Event], None], on_lost: Callable[[LinkError], None]
+        self,
+        transport: Transport,
+        listener: Callable[[Event], None],
+        on_lost: Callable[[LinkError], None],
+        framing: Framing | None = None,
     ) -> None:
         self.transport = transport
         self._listener = listener
         self._on_lost = on_lost
-        self._decoder = Decoder()
+        self.framing = framing or Bare()
         self._stream: Stream | None = None
         self._dead: Stream | None = None  # failed; its last acknowledgements may still come
         self._waiters: list[tuple[Callable[[], bool], asyncio.Future[None]]] = []
@@ -141,10 +149,6 @@ class Link:
         self.alarm = 0
         self.asked = 0.0
         self.raw_heard = b""
-
-    def expect_axes(self, count: int) -> None:
-        """From now on a report of another number of axes is damaged."""
-        self._decoder.axes = count
 
     # --- life -----------------------------------------------------------------------------------------------
 
@@ -186,7 +190,7 @@ class Link:
             self.lose(reason)
 
     def _take(self, data: bytes) -> None:
-        for event in self._decoder.feed(data):
+        for event in self.framing.feed(data):
             self._dispatch(event)
         self._pump()
         if self._waiters:
@@ -239,7 +243,7 @@ class Link:
             raise self._lost
         if self._stream is not None:
             raise RuntimeError("two streams on one line")
-        self._stream = stream
+        self._stream, stream.framing = stream, self.framing
         try:
             self._pump()
             if not stream.complete:
@@ -321,10 +325,11 @@ class Link:
             return
         line = stream.lines[stream.acknowledged]
         stream.acknowledge()
-        self.fail(RefusedError(code, line))
+        self.fail(RefusedError(code, line, self.framing.explain(code)))
 
     def _restarted(self) -> None:
         self.banners += 1
+        self.framing.restarted()
         self.fail(
             LinkError(
                 f"The controller at {self.transport.name} restarted in the middle of its work.",

@@ -43,7 +43,8 @@ class Mechanics(Protocol):
         axis_names: What they are called in messages.
         unit: Of the axes, for messages.
         arrived: How far an axis may be from its target at the end of a motion.
-        preamble: Modal words in front of what is sent.
+        mark: Modal words to begin with, and the mark by which memory is known later.
+        unlock: What ends an alarm.
         space: The box that the tool point keeps to.
     """
 
@@ -52,7 +53,8 @@ class Mechanics(Protocol):
     axis_names: Sequence[str]
     unit: str
     arrived: float
-    preamble: str
+    mark: str
+    unlock: str
     space: WorkSpace
 
     def pose(self, position: Axes) -> Pose:
@@ -104,7 +106,8 @@ class Straight:
     axis_names: Sequence[str] = ("x", "y", "z")
     unit = "mm"
     arrived = 0.06  # a coarse step and its rounding
-    preamble = PREAMBLE
+    mark = PREAMBLE + MEMORY_MARK
+    unlock = "$X"
 
     def __init__(self, space: WorkSpace) -> None:
         self.space = space

@@ -7,15 +7,17 @@ when a barrier has been acknowledged and a status report made after it says Idle
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import Self
+from dataclasses import dataclass
+from typing import Protocol, Self
 
 from kempelen.core.errors import BusyError, LinkError, NotHomedError, RobotError, StoppedError
 from kempelen.core.protocols import Action, RobotPhase, RobotState
 from kempelen.robots.grbl import codec, homing
 from kempelen.robots.grbl.codec import Axes, Event, Status
 from kempelen.robots.grbl.condition import Condition
-from kempelen.robots.grbl.connect import at_rest, greet
+from kempelen.robots.grbl.connect import Greeting, at_rest, greet
 from kempelen.robots.grbl.explain import alarm_error
+from kempelen.robots.grbl.framing import Bare, Framing
 from kempelen.robots.grbl.gate import Gate
 from kempelen.robots.grbl.gcode import GripperWiring
 from kempelen.robots.grbl.jog import Jogger
@@ -28,6 +30,32 @@ from kempelen.robots.grbl.watchdog import Watchdog
 from kempelen.robots.transport import Transport
 
 
+class Greet(Protocol):
+    """Finds out everything about the controller at the other end, see `connect.greet`."""
+
+    async def __call__(
+        self, link: Link, mechanics: Mechanics, wiring: GripperWiring, timing: Timing, *, apply_settings: bool
+    ) -> Greeting:
+        """What was found."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Controllers that talk alike.
+
+    Attributes:
+        framing: Makes the framing of a connection.
+        greet: Meets a controller.
+    """
+
+    framing: Callable[[], Framing]
+    greet: Greet
+
+
+GRBL = Family(Bare, greet)
+
+
 class GrblRobot:
     """Implements `kempelen.core.protocols.Robot`.
 
@@ -37,6 +65,7 @@ class GrblRobot:
         wiring: Of the gripper.
         timing: Patience.
         apply_settings: Send settings that do not fit instead of refusing them.
+        family: How the controller talks.
     """
 
     def __init__(
@@ -47,7 +76,9 @@ class GrblRobot:
         wiring: GripperWiring | None = None,
         timing: Timing | None = None,
         apply_settings: bool = False,
+        family: Family = GRBL,
     ) -> None:
+        self._family = family
         self.name = mechanics.name
         self.space = mechanics.space
         self._mechanics = mechanics
@@ -96,10 +127,10 @@ class GrblRobot:
     async def _open(self) -> None:
         self._condition.forget()
         self._gate.reset()
-        link = Link(await self._connect(), self._hear, self._condition.lost)
+        link = Link(await self._connect(), self._hear, self._condition.lost, self._family.framing())
         link.start()
         try:
-            greeting = await greet(
+            greeting = await self._family.greet(
                 link, self._mechanics, self._wiring, self._timing, apply_settings=self._apply_settings
             )
             session = Session(link, self._condition, greeting, self._mechanics, self._wiring, self._timing)
@@ -247,7 +278,7 @@ class GrblRobot:
         # The controller ignores a resume while it still slows down, and reports the hold once more after it.
         status = await at_rest(session.link, self._timing)
         while status.state in {"Hold", "Door"}:
-            session.link.realtime(codec.RESUME)
+            session.link.realtime(session.link.framing.resume)
             status = await session.link.ask(self._timing.answer)
             if status.state in {"Hold", "Door"}:
                 await asyncio.sleep(self._timing.poll)

@@ -12,7 +12,7 @@ from kempelen.core.protocols import GripperState
 from kempelen.robots.grbl import codec
 from kempelen.robots.grbl.condition import Condition
 from kempelen.robots.grbl.connect import Greeting, at_rest
-from kempelen.robots.grbl.gcode import MEMORY_MARK, GripperWiring, Program
+from kempelen.robots.grbl.gcode import GripperWiring, Program
 from kempelen.robots.grbl.link import Link, SilenceError, Stream
 from kempelen.robots.grbl.mechanics import Mechanics
 from kempelen.robots.grbl.timing import Timing
@@ -113,7 +113,7 @@ class Session:
         status = await self.link.ask(self.timing.answer)
         if status.state != "Idle":
             return
-        await self.link.request(self.mechanics.preamble + MEMORY_MARK)
+        await self.link.request(self.mechanics.mark)
         wanted = self.condition.wanted
         if wanted not in {self.condition.gripper, GripperState.UNKNOWN}:
             await self.link.request(self.wiring.line(wanted))
@@ -138,7 +138,7 @@ class Session:
             await self.reset(keeps_position=condition.homed)
             status = await at_rest(self.link, self.timing)
         if status.state == "Alarm":
-            await self.link.request("$X")
+            await self.link.request(self.mechanics.unlock)
         condition.clear()
         await self.restore()
 
