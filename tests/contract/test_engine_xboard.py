@@ -10,7 +10,6 @@ from kempelen.core.errors import EngineError
 from kempelen.engines import xboard_wire
 from kempelen.engines.find import EngineProgram, Shelf, Source
 from kempelen.engines.program import Habits, ProgramEngine
-from kempelen.engines.select import create_engine
 from kempelen.engines.strength import FULL, Level, Means
 from kempelen.engines.tongues import Tongue
 from kempelen.engines.wire import Patience
@@ -145,7 +144,7 @@ async def test_an_engine_of_xboard_plays_a_whole_game(name: str, seconds: float,
         pytest.skip(f"{name} is not installed (Debian: apt install {name})")
     board = chess.Board()
     habits = Habits(seconds=seconds, depth=depth, seed=1)
-    async with create_engine(name, habits=habits, shelf=SHELF) as engine:
+    async with ProgramEngine(SHELF.find(name), habits=habits) as engine:
         pid = engine.pid
         while not (ended := board.outcome(claim_draw=True)) and board.ply() < 240:
             choice = await engine.choose(board)
@@ -162,6 +161,6 @@ async def test_an_engine_of_xboard_plays_a_whole_game(name: str, seconds: float,
 )
 async def test_fairymax_goes_on_from_a_position_without_setboard() -> None:
     board = chess.Board("8/P6k/8/8/8/8/7p/K7 b - - 0 1")
-    async with create_engine("fairymax", habits=Habits(seconds=0.05), shelf=SHELF) as engine:
+    async with ProgramEngine(SHELF.find("fairymax"), habits=Habits(seconds=0.05)) as engine:
         choice = await engine.choose(board)
     assert choice.move == chess.Move.from_uci("h2h1q")

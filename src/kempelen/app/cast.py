@@ -10,8 +10,9 @@ from pydantic import JsonValue
 from kempelen.app.config import Config
 from kempelen.core.errors import ConfigError
 from kempelen.core.places import Layout
+from kempelen.core.protocols import Engine
 from kempelen.core.words import say
-from kempelen.engines.program import Habits, ProgramEngine
+from kempelen.engines.program import Habits
 from kempelen.engines.select import create_engine
 from kempelen.engines.wire import OptionValue
 from kempelen.game.clock import TimeControl
@@ -84,7 +85,7 @@ class Cast:
         self._config = config
         self._stack = stack
         self._usual = (config.engine.path, config.engine.level, config.engine.move_time)
-        self._engines: dict[tuple[str, str, float], ProgramEngine] = {}
+        self._engines: dict[tuple[str, str, float], Engine] = {}
         self.person = person or PersonPlayer("Person")
         self.time_left: Callable[[chess.Color], float | None] = lambda _: None
 

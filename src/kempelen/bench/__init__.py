@@ -1,3 +1,3 @@
 """Measurements against bounds and peers: `kempelen bench NAME`."""
 
-BENCHES = ("eyes", "frames", "motion", "page", "setup", "spectators", "twin", "vision")
+BENCHES = ("arm", "cluster", "eyes", "frames", "motion", "page", "setup", "spectators", "twin", "vision")

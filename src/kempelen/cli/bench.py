@@ -19,7 +19,8 @@ def bench(
     ] = None,
     data: Annotated[Path | None, typer.Option("--data", help="Folder of recorded data.")] = None,
     games: Annotated[
-        int | None, typer.Option("--games", help="How many games bench eyes plays.", min=0, show_default="50")
+        int | None,
+        typer.Option("--games", help="How many games.", min=0, show_default="eyes 50, cluster 160"),
     ] = None,
     clients: Annotated[
         int | None,

@@ -17,7 +17,7 @@ from kempelen.core.errors import ConfigError
 
 _LINE_S = 10.0
 """Lines of progress, where there is no bar, come at most this often."""
-_TAKEN_BY = {"games": "eyes", "clients": "spectators", "seconds": "spectators"}
+_TAKEN_BY = {"games": ("cluster", "eyes"), "clients": ("spectators",), "seconds": ("spectators",)}
 
 
 def run_bench(
@@ -38,10 +38,10 @@ def run_bench(
         raise ConfigError(f"There is no bench '{name}'.", hint=f"Choose one of: {', '.join(BENCHES)}.")
     given = {option: value for option, value in others.items() if value is not None}
     for option in given:
-        if name != _TAKEN_BY[option]:
+        if name not in _TAKEN_BY[option]:
             raise ConfigError(
                 f"bench {name} does not take --{option}.",
-                hint=f"Only this does: kempelen bench {_TAKEN_BY[option]}.",
+                hint=f"Only this does: kempelen bench {' or '.join(_TAKEN_BY[option])}.",
             )
     if json_file is not None:
         require_writable(json_file)

@@ -34,6 +34,7 @@ class Habits:
         patience: How long it may be silent, and how often it is started again.
         ponder: It thinks on in the opponent's time.
         depth: Half-moves that it looks ahead at most; None: as far as the time allows.
+        voters: How many searches a cluster makes of one position.
     """
 
     seconds: float = 1.0
@@ -44,6 +45,7 @@ class Habits:
     patience: Patience = field(default_factory=Patience)
     ponder: bool = False
     depth: int | None = None
+    voters: int = 4
 
     def __post_init__(self) -> None:
         check_seconds(self.seconds)

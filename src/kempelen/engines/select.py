@@ -5,6 +5,8 @@ from collections.abc import Callable
 import chess
 
 from kempelen.core.errors import ConfigError
+from kempelen.core.protocols import Engine
+from kempelen.engines.cluster import ClusterEngine, parse_cluster
 from kempelen.engines.find import Shelf
 from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.strength import Level, Means, nearest_maia, parse_level
@@ -17,14 +19,15 @@ def create_engine(
     *,
     shelf: Shelf | None = None,
     time_left: Callable[[chess.Color], float | None] = lambda _: None,
-) -> ProgramEngine:
+) -> Engine:
     """The engine for a wish; nothing is started before it is entered.
 
     Where the user names no engine, levels that a Maia network stands for are played by it, since it errs as
     people do; all others by the engine at hand.
 
     Args:
-        engine: A path, a name on PATH, ``maia-1500``, or empty for the best at hand.
+        engine: A path, a name on PATH, ``maia-1500``, ``cluster`` or ``cluster:ray://HOST``, or empty for the
+            best at hand.
         level: ``1``..``20``, an Elo like ``1500``, ``maia-1500`` or ``full``.
         habits: Time, memory, options.
         shelf: Where to look; this machine by default.
@@ -36,6 +39,10 @@ def create_engine(
     """
     shelf = shelf or Shelf.here()
     wanted = _wanted(engine, level)
+    if (address := parse_cluster(engine)) is not None:
+        if wanted.means is not Means.FULL:
+            raise ConfigError("A cluster plays at full strength alone.", hint="Leave out --level.")
+        return ClusterEngine(address, habits=habits)
     if wanted.means is Means.MAIA:
         return ProgramEngine(shelf.maia(wanted.number), wanted, habits, time_left)
     if not engine and (elo := nearest_maia(wanted, shelf.maia_elos)):

@@ -109,13 +109,16 @@ class UciProcess(EngineProcess):
     async def configure(self, options: Mapping[str, OptionValue], *, lines: int = 1) -> None:
         """See the base class."""
         if lines > 1:
-            # python-chess sets MultiPV back to its default before each search: so make our number the
-            # default.
-            offered = self._protocol.options["MultiPV"]
-            self._protocol.options["MultiPV"] = dataclasses.replace(offered, default=lines)
+            self.look_for(lines)
         async with self._explained("became ready", self._patience.ready):
             await self._protocol.configure(dict(options))
             await self._protocol.ping()
+
+    def look_for(self, lines: int) -> None:
+        """How many lines the searches to come shall follow; it must offer MultiPV."""
+        # python-chess sets MultiPV back to its default before each search: so make our number the default.
+        offered = self._protocol.options["MultiPV"]
+        self._protocol.options["MultiPV"] = dataclasses.replace(offered, default=lines)
 
     async def search(
         self,
