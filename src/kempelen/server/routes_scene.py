@@ -2,6 +2,7 @@
 
 from fastapi import APIRouter
 
+from kempelen.app.arm_setup import arm_setup
 from kempelen.server.house import StationDep
 from kempelen.server.scene import SceneGeometry, scene_geometry
 from kempelen.server.scene_source import table_in_view
@@ -13,4 +14,10 @@ router = APIRouter(prefix="/api/scene", tags=["scene"])
 def scene(station: StationDep) -> SceneGeometry:
     """All that stands still, and the shapes of what moves; mm, robot frame."""
     config = station.config
-    return scene_geometry(table_in_view(station), robot_kind=config.robot.kind, live=config.on_twin)
+    setup = arm_setup(config)
+    return scene_geometry(
+        table_in_view(station),
+        robot_kind=config.robot.kind,
+        live=config.on_twin,
+        arm=None if setup is None else setup.arm,
+    )

@@ -6,11 +6,12 @@ import numpy as np
 from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import KINDS, PieceShape
 from kempelen.core.table import Gripper, Table, Tray, WorkSpace
+from kempelen.kinematics import Arm
 from kempelen.server.topics import Model, Point
 from kempelen.twin.look import DEFAULT_LOOK
 
 BOARD_THICKNESS = 20.0
-"""Of the board as drawn, mm: the twin's."""
+"""Of the board as drawn, mm: the twin's; an arm stands on the table that the board lies on."""
 _DIGITS = 2  # of a millimetre
 
 
@@ -70,6 +71,7 @@ class GripperView(Model):
     """The hand, mm, as `kempelen.core.table.Gripper`."""
 
     closing_axis: float
+    plumb: bool
     opening: float
     finger_thickness: float
     finger_width: float
@@ -83,6 +85,36 @@ class SpaceView(Model):
 
     lower: Point
     upper: Point
+
+
+class LinkView(Model):
+    """One row of an arm's table by Denavit and Hartenberg.
+
+    The frame after joint q is that before it turned about z by q + ``offset``, shifted along z by ``d``, then
+    along x by ``a``, then turned about x by ``alpha``.
+
+    Attributes:
+        a: mm.
+        alpha: rad.
+        d: mm.
+        offset: rad.
+    """
+
+    a: float
+    alpha: float
+    d: float
+    offset: float
+
+
+class ArmView(Model):
+    """An arm: its foot at the robot frame's origin, its last frame at the tool point, z the way it points.
+
+    Attributes:
+        home: Joint angles where homing ends, rad: how it stands until more is known.
+    """
+
+    links: tuple[LinkView, ...]
+    home: tuple[float, ...]
 
 
 class SceneGeometry(Model):
@@ -101,16 +133,19 @@ class SceneGeometry(Model):
     gripper: GripperView
     space: SpaceView
     shapes: dict[str, ShapeView]
+    arm: ArmView | None = None
 
 
-def scene_geometry(table: Table, *, robot_kind: str, live: bool) -> SceneGeometry:
+def scene_geometry(table: Table, *, robot_kind: str, live: bool, arm: Arm | None = None) -> SceneGeometry:
     """What the 3D view is built from.
 
     Args:
         table: As it is in use: as configured and calibrated.
         robot_kind: Name of the driver.
         live: Whether the twin's own poses are to be had.
+        arm: The robot, if it is an arm.
     """
+    level = float(table.robot_from_board.translation[2])
     return SceneGeometry(
         robot_kind=robot_kind,
         live=live,
@@ -119,12 +154,19 @@ def scene_geometry(table: Table, *, robot_kind: str, live: bool) -> SceneGeometr
             quaternion=quaternion(table.robot_from_board),
             square=table.square,
             border=DEFAULT_LOOK.border_width,
-            thickness=BOARD_THICKNESS,
+            thickness=BOARD_THICKNESS if arm is None else max(BOARD_THICKNESS, level),
         ),
         trays=tuple(_tray(table, tray) for tray in table.trays),
         gripper=_gripper(table.gripper),
         space=_space(table.space),
         shapes={chess.piece_symbol(kind).upper(): _shape(table.pieces[kind]) for kind in KINDS},
+        arm=None if arm is None else _arm(arm),
+    )
+
+
+def _arm(arm: Arm) -> ArmView:
+    return ArmView(
+        links=tuple(LinkView(**link._asdict()) for link in arm.links), home=tuple(arm.home.tolist())
     )
 
 

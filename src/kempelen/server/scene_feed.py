@@ -23,7 +23,12 @@ def whole_scene(sample: Sample | None) -> SceneView | None:
     if sample is None:
         return None
     return SceneView(
-        tool=sample.tool, closed=sample.closed, hand=sample.hand, pieces=sample.pieces, table=sample.table
+        tool=sample.tool,
+        closed=sample.closed,
+        hand=sample.hand,
+        pieces=sample.pieces,
+        table=sample.table,
+        joints=sample.joints,
     )
 
 
@@ -113,4 +118,4 @@ class SceneFeed:
 
 
 def _shown(sample: Sample | None) -> object:
-    return sample and (sample.tool, sample.closed, sample.hand, sample.pieces, sample.table)
+    return sample and (sample.tool, sample.closed, sample.hand, sample.pieces, sample.table, sample.joints)

@@ -4,7 +4,7 @@ On the twin the poses are the physics' own, by its side door: for eyes only, not
 On a machine the tool is where the robot reports it, and the pieces stand where the journal has them.
 """
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -23,6 +23,7 @@ Truth = Callable[[], Awaitable[Mapping[str, Any] | None]]
 _MOTION = frozenset({RobotPhase.HOMING, RobotPhase.MOVING, RobotPhase.HOLDING, RobotPhase.JOGGING})
 _DIGITS = 1  # of a millimetre
 _TURN_DIGITS = 3  # of a quaternion
+_ANGLE_DIGITS = 4  # of a radian
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class Sample:
         pieces: All of them.
         resting: Whether nothing moves, so that one may look less often.
         table: Names what stands still.
+        joints: Of an arm, rad; None for other robots.
     """
 
     tool: Point | None
@@ -41,6 +43,7 @@ class Sample:
     pieces: tuple[PieceView, ...]
     resting: bool
     table: str
+    joints: tuple[float, ...] | None = None
 
 
 class SceneSource(Protocol):
@@ -100,6 +103,7 @@ class TwinScene:
             pieces=tuple(_piece(number, piece) for number, piece in enumerate(truth["pieces"])),
             resting=bool(truth["resting"]),
             table=self._table.name,
+            joints=_angles(truth.get("joints")),
         )
 
 
@@ -117,6 +121,10 @@ def _piece(number: int, piece: Mapping[str, Any]) -> PieceView:
 def _rounded(point: Any) -> Point:
     x, y, z = (round(float(part), _DIGITS) for part in point)
     return x, y, z
+
+
+def _angles(joints: Iterable[float] | None) -> tuple[float, ...] | None:
+    return None if joints is None else tuple(round(angle, _ANGLE_DIGITS) for angle in joints)
 
 
 class JournalScene:
@@ -152,6 +160,7 @@ class JournalScene:
             pieces=tuple(sorted(self._pieces(tool), key=lambda piece: piece.id)),
             resting=robot.phase not in _MOTION,
             table=self._name.name,
+            joints=_angles(robot.joints),
         )
 
     def _pieces(self, tool: Point | None) -> list[PieceView]:

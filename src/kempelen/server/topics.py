@@ -290,6 +290,7 @@ class SceneView(Model):
         pieces: Only those that moved since the last one, in a delta; all of them in a snapshot.
         whole: Whether ``pieces`` holds all that there are: others are gone.
         table: Identifies what stands still: when it is another one, GET /api/scene has other geometry.
+        joints: Angles of an arm's joints, rad; None for other robots, and while unknown.
     """
 
     tool: Point | None
@@ -298,6 +299,7 @@ class SceneView(Model):
     pieces: tuple[PieceView, ...]
     whole: bool = True
     table: str = ""
+    joints: tuple[float, ...] | None = None
 
 
 class CalibrationView(Model):

@@ -4,7 +4,7 @@ import { applyDelta, applySnapshot, NOTHING } from "./reducer";
 import type { PieceView } from "./types";
 
 const piece = (id: number, x: number): PieceView => ({ id, letter: "P", at: [x, 0, 0], quaternion: [1, 0, 0, 0] });
-const scene = (whole: boolean, ...pieces: PieceView[]) => ({ tool: null, closed: false, hand: null, whole, table: "one", pieces });
+const scene = (whole: boolean, ...pieces: PieceView[]) => ({ tool: null, closed: false, hand: null, whole, table: "one", joints: null, pieces });
 const begun = applySnapshot(NOTHING, snapshot({ game: gameView(), station: stationView() }), 0);
 
 it("replaces whole topics, and only those that changed", () => {

@@ -8,7 +8,7 @@ const D2 = onSquare(2, "P", "d2");
 const E4 = onSquare(1, "P", "e4");
 
 function scene(pieces: SceneView["pieces"], whole: boolean): SceneView {
-  return { tool: [1, 2, 3], closed: false, hand: null, pieces, whole, table: "one" };
+  return { tool: [1, 2, 3], closed: false, hand: null, pieces, whole, table: "one", joints: null };
 }
 
 function after(known: Known, changed: SceneView | null): Known {

@@ -11,9 +11,10 @@ export const TABLE: Geometry = {
   live: true,
   board: { origin: [150, 25, 1], quaternion: [Math.cos(TURN / 2), 0, 0, Math.sin(TURN / 2)], square: 50, border: 12, thickness: 20 },
   trays: [{ name: "left", pitch: 50, rows: 2, columns: 1, slots: [{ name: "left1", at: [60, 50, 1] }, { name: "left2", at: [60, 100, 1] }] }],
-  gripper: { closing_axis: 0, opening: 31, finger_thickness: 8.4, finger_width: 20, below_tool: 7, finger_length: 95, palm_radius: 35 },
+  gripper: { closing_axis: 0, plumb: false, opening: 31, finger_thickness: 8.4, finger_width: 20, below_tool: 7, finger_length: 95, palm_radius: 35 },
   space: { lower: [0, 0, 0], upper: [700, 450, 200] },
   shapes: { K: TALL, Q: TALL, R: TALL, B: TALL, N: TALL, P: SHAPE },
+  arm: null,
 };
 
 /** A piece in the middle of a square, off by (x, y) mm in the board's frame. */

@@ -1,4 +1,4 @@
-// What stands on the table beside the pieces: board, trays, and the gantry with its hand.
+// What stands on the table beside the pieces: board, trays, the person's hand.
 import {
   BoxGeometry,
   type BufferGeometry,
@@ -32,6 +32,7 @@ export interface Materials {
   readonly tray: Material;
   readonly slot: Material;
   readonly aluminium: Material;
+  readonly enamel: Material;
   readonly steel: Material;
   readonly dark: Material;
   readonly accent: Material;
@@ -44,14 +45,14 @@ export function box(size: Vec3, at: Vec3, material: Material, bevel = 2): Mesh {
   return solid(softBox(...size, bevel), at, material);
 }
 
-function solid(geometry: BufferGeometry, at: Vec3, material: Material): Mesh {
+export function solid(geometry: BufferGeometry, at: Vec3, material: Material): Mesh {
   const mesh = new Mesh(geometry, material);
   mesh.position.set(...at);
   mesh.castShadow = mesh.receiveShadow = true;
   return mesh;
 }
 
-function upright(radius: number, height: number, at: Vec3, material: Material, top = radius): Mesh {
+export function upright(radius: number, height: number, at: Vec3, material: Material, top = radius): Mesh {
   return solid(new CylinderGeometry(top, radius, height, 32).rotateX(Math.PI / 2), at, material);
 }
 
@@ -96,122 +97,6 @@ export function makeTray(tray: Geometry["trays"][number], turn: number, material
     }
   }
   return group;
-}
-
-/** The gantry: rails on the table, a portal along x, a carriage along y, a pole along z, and the hand. */
-export class Gantry {
-  readonly root = new Group();
-  readonly hand = new Group();
-  readonly #portal = new Group();
-  readonly #carriage = new Group();
-  readonly #pole = new Group();
-  readonly #fingers: readonly [Group, Group];
-  readonly #padOpen: number;
-  /** The portal's two columns: at the near side of White, and at that of Black. */
-  readonly #columns: Mesh[] = [];
-  readonly #clear: Material;
-
-  constructor(
-    private readonly geometry: Geometry,
-    private readonly materials: Materials,
-  ) {
-    const { gripper } = geometry;
-    this.#clear = materials.aluminium.clone();
-    Object.assign(this.#clear, { transparent: true, opacity: 0.2, depthWrite: false });
-    this.#padOpen = gripper.opening / 2;
-    this.#fingers = [this.#finger(-1, materials), this.#finger(1, materials)];
-    this.#frame(materials);
-    this.#palm(materials);
-    this.hand.rotation.z = gripper.closing_axis;
-    this.hand.add(...this.#fingers);
-    this.#pole.add(this.hand);
-    this.#carriage.add(this.#pole);
-    this.#portal.add(this.#carriage);
-    this.root.add(this.#portal);
-  }
-
-  /** `gap` is from the tool point to each pad, mm. */
-  pose([x, y, z]: Vec3, gap: number): void {
-    this.#portal.position.x = x;
-    this.#carriage.position.y = y;
-    this.#pole.position.z = z;
-    const shift = this.#padOpen - gap;
-    this.#fingers[0].position.x = shift;
-    this.#fingers[1].position.x = -shift;
-  }
-
-  /** Lets an eye at `y`, robot frame, see through the column that stands before it. */
-  seenFrom(y: number): void {
-    const { lower, upper } = this.geometry.space;
-    const hides = [y < lower[1] - 60, y > upper[1] + 60];
-    this.#columns.forEach((column, i) => (column.material = hides[i] ? this.#clear : this.materials.aluminium));
-  }
-
-  dispose(): void {
-    this.#clear.dispose();
-  }
-
-  #frame(m: Materials): void {
-    const { lower, upper } = this.geometry.space;
-    const floor = -this.geometry.board.thickness + this.geometry.board.origin[2];
-    const [x0, y0] = lower;
-    const [x1, y1, z1] = upper;
-    const [beam, middle] = [24, (x0 + x1) / 2];
-    const level = z1 + this.#palmTop + 40;
-    for (const y of [y0 - 60, y1 + 60]) {
-      this.root.add(box([x1 - x0 + 150, beam, 14], [middle, y, floor + 7], m.aluminium, 2));
-      this.root.add(box([x1 - x0 + 120, 6, 4], [middle, y, floor + 15.5], m.steel, 1));
-      for (const x of [x0 - 82, x1 + 82]) this.root.add(box([16, beam + 8, 22], [x, y, floor + 11], m.dark, 3));
-      const column = box([beam, beam, level - floor - 40], [0, y, (level + floor + 16) / 2], m.aluminium, 2.5);
-      this.#columns.push(column);
-      this.#portal.add(column);
-      this.#portal.add(box([96, beam + 10, 26], [0, y, floor + 31], m.dark, 5));
-      this.#portal.add(box([40, beam + 12, 40], [0, y, level - 4], m.dark, 5));
-      for (const wheel of [-32, 32]) {
-        const roll = solid(new CylinderGeometry(9, 9, 8, 24), [wheel, y, floor + 24], m.steel);
-        this.#portal.add(roll);
-      }
-    }
-    const long = y1 - y0 + 120 + beam;
-    this.#portal.add(box([beam, long, beam], [0, (y0 + y1) / 2, level], m.aluminium, 2.5));
-    this.#portal.add(box([3, long - 40, 5], [beam / 2 + 1, (y0 + y1) / 2, level], m.dark, 1));
-    this.#carriage.add(box([30, 74, 58], [20, 0, level], m.dark, 6));
-    this.#carriage.add(box([3, 50, 8], [36, 0, level + 14], m.accent, 1));
-    this.#carriage.add(upright(15, 34, [20, 0, level + 46], m.steel));
-    this.#carriage.add(upright(5, 8, [20, 0, level + 66], m.dark));
-    const pole = z1 - lower[2] + 110;
-    this.#pole.add(box([14, 14, pole], [27, 0, this.#palmTop + pole / 2], m.aluminium, 2));
-    this.#pole.add(box([46, 20, 10], [13, 0, this.#palmTop + 5], m.dark, 3));
-  }
-
-  get #palmTop(): number {
-    return this.geometry.gripper.finger_length + 30;
-  }
-
-  #palm(m: Materials): void {
-    const { finger_length: length, palm_radius: radius, opening } = this.geometry.gripper;
-    this.hand.add(upright(0.86 * radius, 22, [0, 0, length + 17], m.dark));
-    this.hand.add(upright(0.86 * radius, 3, [0, 0, length + 29.5], m.aluminium, 0.8 * radius));
-    this.hand.add(upright(0.88 * radius, 2.4, [0, 0, length + 9], m.accent));
-    this.hand.add(box([opening + 34, 15, 10], [0, 0, length + 2], m.steel, 2));
-  }
-
-  /** A shank from the palm down, and a pad with a notch that takes a stem between its two faces. */
-  #finger(side: number, m: Materials): Group {
-    const { opening, finger_thickness: thick, finger_width: wide, finger_length: length, below_tool: below } = this.geometry.gripper;
-    const finger = new Group();
-    const out = opening / 2 + thick;
-    const shank = softBox(thick * 0.5, 11, length + below, 1.4);
-    finger.add(solid(shank, [side * (out - thick * 0.25), 0, (length - below) / 2], m.aluminium));
-    const path = new Path();
-    const [face, half, deep] = [opening / 2, wide / 2, Math.min(0.3 * wide, thick * 0.7)];
-    path.moveTo(face, -half).lineTo(face + deep, 0).lineTo(face, half).lineTo(out, half * 0.72).lineTo(out, -half * 0.72).closePath();
-    const pad = new ExtrudeGeometry(path, { depth: below + 3, bevelSize: 0.5, bevelThickness: 0.5, bevelSegments: 1 });
-    pad.translate(0, 0, -below);
-    if (side < 0) pad.rotateZ(Math.PI);
-    finger.add(solid(pad, [0, 0, 0], m.pad));
-    return finger;
-  }
 }
 
 // The virtual person's right hand, thumb and forefinger together; origin between the finger tips, x to the elbow.

@@ -7,9 +7,12 @@ export interface Pose {
   readonly quat: Quat;
 }
 
-interface Key extends Pose {
+interface Key<T> {
+  readonly value: T;
   readonly time: number;
 }
+
+type Mix<T> = (a: T, b: T, share: number) => T;
 
 /** Behind the newest pose, ms: two samples of the server and a little. */
 export const DELAY_MS = 120;
@@ -17,40 +20,44 @@ export const DELAY_MS = 120;
 export const LEAD_MS = 60;
 const KEPT = 16;
 
-export class Track {
-  #keys: Key[] = [];
+/** Something that changes steadily, known at a few moments. */
+export class Timeline<T> {
+  #keys: Key<T>[] = [];
 
-  constructor(pose: Pose, time: number) {
-    this.#keys.push({ ...pose, time });
+  constructor(
+    value: T,
+    time: number,
+    private readonly mix: Mix<T>,
+  ) {
+    this.#keys.push({ value, time });
   }
 
-  /** A new pose, known at `time`; `heard` is when anything at all was heard last: until then it stood still. */
-  add(pose: Pose, time: number, heard: number): void {
+  /** A new value, known at `time`; `heard` is when anything at all was heard last: until then it stood still. */
+  add(value: T, time: number, heard: number): void {
     const last = this.#last();
     const stood = Math.max(Math.min(heard, time), time - LEAD_MS);
     if (time <= last.time) {
-      this.#keys[this.#keys.length - 1] = { ...pose, time: last.time };
+      this.#keys[this.#keys.length - 1] = { value, time: last.time };
       return;
     }
-    if (stood > last.time) this.#keys.push({ ...last, time: stood });
-    this.#keys.push({ ...pose, time });
+    if (stood > last.time) this.#keys.push({ value: last.value, time: stood });
+    this.#keys.push({ value, time });
     if (this.#keys.length > KEPT) this.#keys.splice(0, this.#keys.length - KEPT);
   }
 
   /** There at once, without a way. */
-  jump(pose: Pose, time: number): void {
-    this.#keys = [{ ...pose, time }];
+  jump(value: T, time: number): void {
+    this.#keys = [{ value, time }];
   }
 
-  at(time: number): Pose {
+  at(time: number): T {
     const keys = this.#keys;
     const next = keys.findIndex((key) => key.time > time);
-    if (next === 0) return keys[0] ?? this.#last();
-    if (next < 0) return this.#last();
+    if (next === 0) return (keys[0] ?? this.#last()).value;
+    if (next < 0) return this.#last().value;
     const [a, b] = [keys[next - 1], keys[next]];
-    if (!a || !b) return this.#last();
-    const share = (time - a.time) / (b.time - a.time);
-    return { at: mixed(a.at, b.at, share), quat: slerped(a.quat, b.quat, share) };
+    if (!a || !b) return this.#last().value;
+    return this.mix(a.value, b.value, (time - a.time) / (b.time - a.time));
   }
 
   /** Whether it will look different after `time`. */
@@ -58,14 +65,27 @@ export class Track {
     return this.#last().time > time;
   }
 
-  get newest(): Pose {
-    return this.#last();
+  get newest(): T {
+    return this.#last().value;
   }
 
-  #last(): Key {
+  #last(): Key<T> {
     const last = this.#keys.at(-1);
-    if (!last) throw new Error("a track has at least one pose");
+    if (!last) throw new Error("a timeline has at least one value");
     return last;
+  }
+}
+
+export class Track extends Timeline<Pose> {
+  constructor(pose: Pose, time: number) {
+    super(pose, time, (a, b, share) => ({ at: mixed(a.at, b.at, share), quat: slerped(a.quat, b.quat, share) }));
+  }
+}
+
+/** The angles of joints, rad. */
+export class JointTrack extends Timeline<readonly number[]> {
+  constructor(joints: readonly number[], time: number) {
+    super(joints, time, (a, b, share) => a.map((angle, i) => angle + ((b[i] ?? angle) - angle) * share));
   }
 }
 

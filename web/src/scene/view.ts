@@ -11,14 +11,17 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
+import { Arm } from "./arm";
 import { eyeOf, keyed, Orbit, presetView, type Preset, type View } from "./camera";
 import { decide, mayTake, snapped, targets, type Decision, type Rules } from "./drag";
 import { boardCentre, distance, squareAt, squareCentre, toRobot, yaw } from "./frames";
-import { Gantry, makeBoard, makeHand, makeTray, standard, type Materials } from "./furniture";
+import { makeBoard, makeHand, makeTray, standard, type Materials } from "./furniture";
+import { Gantry } from "./gantry";
 import { Marks, type MarkKind } from "./marks";
-import { DELAY_MS, Glide, Track, type Pose } from "./motion";
+import { DELAY_MS, Glide, JointTrack, Track, type Pose } from "./motion";
 import { onLevel, pick, type Ray } from "./picking";
 import { matrixOf, Pieces } from "./pieces";
+import type { Robot } from "./robot";
 import { hasGraphicsCard, Room, TABLE_HEIGHT, type Theme } from "./room";
 import { kindOf, type Geometry, type PieceView, type Quat, type SceneView, type Vec3 } from "./types";
 import { BOXWOOD, boardTexture, EBONY, woodTexture } from "./wood";
@@ -76,10 +79,11 @@ export class TableView {
   readonly attendants = new Set<(now: number) => boolean>();
   #orbit: Orbit;
   #preset: Preset | null = "player";
-  #gantry: Gantry | null = null;
+  #robot: Robot | null = null;
   #person: Group | null = null;
   #marks: Marks | null = null;
   #tool: Track | null = null;
+  #joints: JointTrack | null = null;
   #hand: Track | null = null;
   #handGone = 0;
   #heard = -Infinity;
@@ -142,14 +146,14 @@ export class TableView {
     board.position.set(...geometry.board.origin);
     const [w, i, j, k] = geometry.board.quaternion;
     board.quaternion.set(i, j, k, w);
-    this.#gantry = new Gantry(geometry, this.#materials);
-    this.#gantry.root.visible = false;
+    this.#robot = geometry.arm ? new Arm(geometry.arm, geometry.gripper, this.#materials) : new Gantry(geometry, this.#materials);
+    this.#robot.root.visible = false;
     this.#person = makeHand(this.#materials);
     this.#person.visible = false;
     this.#marks = new Marks(geometry);
     this.pieces = new Pieces(geometry, this.#materials.white, this.#materials.black);
     inner.add(board, ...geometry.trays.map((tray) => makeTray(tray, turn, this.#materials)));
-    inner.add(this.#gantry.root, this.#person, this.#marks.root, this.pieces.root);
+    inner.add(this.#robot.root, this.#person, this.#marks.root, this.pieces.root);
     this.#gap = new Glide(geometry.gripper.opening / 2, 140);
     if (this.#preset) this.look(this.#preset, true);
     this.touch();
@@ -160,6 +164,7 @@ export class TableView {
     const now = performance.now();
     this.pieces.set(scene?.pieces ?? [], now);
     this.#tool = track(this.#tool, scene?.tool ?? null, now, this.#heard);
+    this.#joints = turning(this.#joints, scene?.joints ?? null, now, this.#heard);
     if (scene?.hand) this.#hand = track(this.#hand, scene.hand, now, this.#heard);
     else if (this.#hand && !this.#handGone) this.#handGone = now;
     if (scene?.hand) this.#handGone = 0;
@@ -260,7 +265,7 @@ export class TableView {
 
   /** From the room (m) to the robot's frame (mm). */
   toTable(point: Vector3): Vec3 {
-    const inner = this.#gantry?.root.parent;
+    const inner = this.#robot?.root.parent;
     if (!inner) return [0, 0, 0];
     inner.updateWorldMatrix(true, false);
     const { x, y, z } = inner.worldToLocal(point.clone());
@@ -268,7 +273,7 @@ export class TableView {
   }
 
   toRoom(point: Vec3): Vector3 {
-    const inner = this.#gantry?.root.parent;
+    const inner = this.#robot?.root.parent;
     inner?.updateWorldMatrix(true, false);
     return inner ? inner.localToWorld(new Vector3(...point)) : new Vector3();
   }
@@ -401,11 +406,11 @@ export class TableView {
   advance(now: number): void {
     const time = now - DELAY_MS;
     this.#shadows = (this.pieces?.show(time) ?? false) || this.#shadows;
-    if (this.#tool && this.#gantry) {
-      this.#gantry.root.visible = true;
-      if (this.#tool.movesAfter(this.#shownAt) || this.#gap.movesAfter(this.#shownAt) || this.#again) this.#shadows = true;
-      this.#gantry.pose(this.#tool.at(time).at, this.#gap.at(now));
-    } else if (this.#gantry) this.#gantry.root.visible = false;
+    if (this.#tool && this.#robot) {
+      this.#robot.root.visible = true;
+      if (this.#robotMovesAfter(this.#shownAt) || this.#gap.movesAfter(this.#shownAt) || this.#again) this.#shadows = true;
+      this.#robot.pose({ tool: this.#tool.at(time).at, joints: this.#joints?.at(time) ?? null }, this.#gap.at(now));
+    } else if (this.#robot) this.#robot.root.visible = false;
     this.#reachOut(time);
     this.#orbit.advance(now);
     if (this.#preset === "follow" && this.#tool) this.#follow(this.#tool.at(time));
@@ -427,7 +432,7 @@ export class TableView {
   #draw(): void {
     if (!this.renderer.xr.isPresenting) {
       this.#stand();
-      this.#gantry?.seenFrom(this.toTable(this.camera.position)[1]);
+      this.#robot?.seenFrom(this.toTable(this.camera.position));
     }
     if (this.#shadows) this.renderer.shadowMap.needsUpdate = true;
     this.#shadows = false;
@@ -465,12 +470,16 @@ export class TableView {
     const time = now - DELAY_MS;
     return (
       (this.pieces?.movesAfter(time) ?? false) ||
-      (this.#tool?.movesAfter(time) ?? false) ||
+      this.#robotMovesAfter(time) ||
       (this.#hand !== null && (this.#hand.movesAfter(time) || this.#handGone > time)) ||
       this.#gap.movesAfter(now) ||
       this.#orbit.movesAfter(now) ||
       (!this.#wishes.calm && (this.#marks?.pulsing ?? false))
     );
+  }
+
+  #robotMovesAfter(time: number): boolean {
+    return (this.#tool?.movesAfter(time) ?? false) || (this.#joints?.movesAfter(time) ?? false);
   }
 
   #resample(): void {
@@ -580,12 +589,12 @@ export class TableView {
     this.#held = null;
     this.pieces?.dispose();
     this.#marks?.dispose();
-    this.#gantry?.dispose();
+    this.#robot?.dispose();
     this.stage.traverse((thing) => {
       if (thing instanceof Mesh && !(thing.parent === this.pieces?.root)) thing.geometry.dispose();
     });
     this.stage.clear();
-    this.#tool = this.#hand = null;
+    this.#tool = this.#hand = this.#joints = null;
   }
 
   dispose(): void {
@@ -609,6 +618,13 @@ function track(before: Track | null, at: Vec3 | null, now: number, heard: number
   if (!before) return new Track(pose, now);
   const last = before.newest.at;
   if (last[0] !== at[0] || last[1] !== at[1] || last[2] !== at[2]) before.add(pose, now, heard);
+  return before;
+}
+
+function turning(before: JointTrack | null, joints: readonly number[] | null, now: number, heard: number): JointTrack | null {
+  if (!joints) return null;
+  if (!before) return new JointTrack(joints, now);
+  if (before.newest.some((angle, i) => angle !== joints[i])) before.add(joints, now, heard);
   return before;
 }
 
@@ -655,6 +671,7 @@ function makeMaterials(rich: boolean): AllMaterials {
     tray: standard("#7d5a3c", 0.6),
     slot: standard("#5f4029", 0.85),
     aluminium: standard("#c3c7cc", 0.34, 0.85 * metal),
+    enamel: standard("#c9cbc8", 0.42, 0.1),
     steel: standard("#8b9199", 0.3, 0.9 * metal),
     dark: standard("#22262b", 0.55, 0.15),
     accent: standard("#1f8a68", 0.5),
