@@ -1,3 +1,5 @@
 """Measurements against bounds and peers: `kempelen bench NAME`."""
 
-BENCHES = ("arm", "cluster", "eyes", "frames", "motion", "page", "setup", "spectators", "twin", "vision")
+BENCHES = (
+    "arm", "cluster", "eyes", "frames", "motion", "page", "reed", "setup", "spectators", "twin", "vision",
+)  # fmt: skip

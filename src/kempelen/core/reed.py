@@ -150,10 +150,18 @@ def checksum(body: bytes) -> int:
     """CRC-16/CCITT-FALSE (ITU-T V.41's polynomial, all ones at first)."""
     crc = _CRC_START
     for byte in body:
-        crc ^= byte << 8
-        for _ in range(8):
-            crc = ((crc << 1) ^ (_CRC_POLYNOMIAL if crc & 0x8000 else 0)) & 0xFFFF
+        crc = crc << 8 & 0xFFFF ^ _CRC_TABLE[crc >> 8 ^ byte]
     return crc
+
+
+def _crc_of(byte: int) -> int:
+    crc = byte << 8
+    for _ in range(8):
+        crc = ((crc << 1) ^ (_CRC_POLYNOMIAL if crc & 0x8000 else 0)) & 0xFFFF
+    return crc
+
+
+_CRC_TABLE = [_crc_of(byte) for byte in range(256)]
 
 
 def square_name(square: int) -> str:

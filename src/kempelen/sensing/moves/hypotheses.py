@@ -122,10 +122,12 @@ class Hypotheses:
 
     Args:
         board: The confirmed position; its move stack tells what can be taken back.
+        pairs: Whether two plies are among them.
     """
 
-    def __init__(self, board: chess.Board) -> None:
+    def __init__(self, board: chess.Board, *, pairs: bool = True) -> None:
         self._board = board
+        self._pairs = pairs
         self.states = states_of(board)
         self._found: dict[Changes, list[Hypothesis]] = {}
         for hypothesis in self._all():
@@ -161,7 +163,8 @@ class Hypotheses:
         yield Hypothesis(Happened.STANDING, frozenset(), ((),), float(np.log(PRIOR[Happened.STANDING])))
         moves = list(self._board.legal_moves)
         yield from self._moves(moves)
-        yield from self._two(moves)
+        if self._pairs:
+            yield from self._two(moves)
         yield from self._back()
         yield from halves(self._board, self.states, moves)
 

@@ -23,6 +23,8 @@ class MoveParameters(BaseModel):
             was fifty times smaller (2e-7 over 328 moves, good sensor).
         plies: Moves that may have been made since the last confirmed position; 2 where people move both
             sides, 1 where the robot moves the other one.
+        pairs: Whether two plies at once are thought of, even where they are not accepted: what looks like
+            them is asked then. It takes most of the time of a position.
         kind_budget: The same for the kind of a promoted piece as the piece classifier reads it; larger, since
             about one move in a hundred is a promotion. A tiny one, and the person is always asked.
         misread: Probability that a square that has just changed is read wrongly for good, such as a glossy
@@ -49,6 +51,7 @@ class MoveParameters(BaseModel):
     budget: Rate = 1e-5
     kind_budget: Rate = 1e-3
     plies: Annotated[int, Field(ge=1, le=2)] = 2
+    pairs: bool = True
     misread: Rate = 2e-3
     turned: Rate = 1e-5
     glitch: Rate = 1e-3

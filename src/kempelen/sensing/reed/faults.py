@@ -50,23 +50,8 @@ class SwitchFaults:
         self._unfelt: dict[int, chess.Piece] = {}
         self._suspects = 0
 
-    def compare(self, before: chess.BaseBoard, now: chess.BaseBoard, closed: int, touched: int) -> None:
-        """A move is known to have been made: switches that should have felt it and have not.
-
-        Args:
-            before: The position confirmed before.
-            now: The position confirmed.
-            closed: Switches that read closed.
-            touched: Squares of which there was any news in between.
-        """
-        quiet = (occupied(before) ^ occupied(now)) & ~touched
-        self._name_wrong(quiet & (closed ^ occupied(now)), now)
-
-    def take_word(self, board: chess.BaseBoard, closed: int) -> None:
-        """A person says that everything stands as it should: what reads otherwise is a switch's fault."""
-        self._name_wrong(closed ^ occupied(board), board)
-
-    def _name_wrong(self, wrong: int, board: chess.BaseBoard) -> None:
+    def name(self, wrong: int, board: chess.BaseBoard) -> None:
+        """These squares read otherwise than the position that has been confirmed, and no hand is at work."""
         for square in squares_in(wrong & ~self.left_out):
             self.left_out |= 1 << square
             name, piece = square_name(square), board.piece_at(square)

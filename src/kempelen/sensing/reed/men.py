@@ -100,6 +100,7 @@ class Men:
 
     def __init__(self, board: chess.Board) -> None:
         self._ways: dict[Way, float] = {}
+        self._colours: Array | None = None
         self.begin(board)
 
     def begin(self, board: chess.Board) -> None:
@@ -109,6 +110,7 @@ class Men:
         for move in board.pseudo_legal_moves:
             self._goals.setdefault(move.from_square, set()).add(move.to_square)
         self._ways = {Way(letters(board)): 1.0}
+        self._colours = None
 
     @property
     def likeliest(self) -> Way:
@@ -176,6 +178,7 @@ class Men:
         best = sorted(merged.items(), key=lambda item: -item[1])[:_MOST]
         most = best[0][1]
         self._ways = {way: weight / most for way, weight in best if weight >= _LEAST * most}
+        self._colours = None
 
     def _settled(self) -> dict[Way, float]:
         """Weights once nothing has moved for a while: a piece of the side to move is not simply gone."""
@@ -188,6 +191,11 @@ class Men:
 
     def colours(self) -> Array:
         """(64, 2) how likely the piece of each square is white, black, if one stands there at all."""
+        if self._colours is None:
+            self._colours = self._weighed()
+        return self._colours
+
+    def _weighed(self) -> Array:
         out = np.full((64, 2), 1e-9)
         for way, weight in self._settled().items():
             for square, man in enumerate(way.standing):

@@ -16,6 +16,10 @@ QUIET_MS = 500
 """After so long without news the hand has gone."""
 HELD_MS = 8000
 """A piece of the side to move that was lifted is in the hand for so long at most; then it is asked for."""
+JUST_NOW_MS = 1000
+"""What has moved so shortly before a position is confirmed may belong to the next move already."""
+SUSPECT_MS = 2000
+"""A switch that reads otherwise than a confirmed position for so long is at fault."""
 _MISSED, _FEIGNED = 1e-4, 1e-5
 """Probability that a piece is not felt on its square, and that an empty square reads closed."""
 _LEAST = 1e-5
@@ -42,8 +46,8 @@ class Reading:
         self.lost = 0
         self._number: int | None = None
         self._closed = self._doubtful = 0
-        self._touched = 0
         self._since: list[Change] = []
+        self._suspects, self._suspected_at = 0, 0
         self._news, self._now = -HELD_MS, 0
 
     @property
@@ -66,25 +70,21 @@ class Reading:
     def stands(self, board: chess.Board) -> None:
         """A position has been confirmed, seen or told."""
         if self._number is not None:
-            self.faults.compare(self._board, board, self._closed, self._touched)
+            fresh = sum({1 << each.square for each in self._since if each.time > self._now - JUST_NOW_MS})
+            self._suspects = (self._closed ^ occupied(board)) & ~self._doubtful & ~fresh
+            self._suspected_at = self._now
         self._begin(board)
 
     def expect(self, board: chess.Board) -> None:
         """A position is about to be compared with the board; nothing is known of it yet."""
         self._begin(board)
 
-    def take_word(self) -> None:
-        """A person says that everything stands as the game has it."""
-        if self._number is not None:
-            self.faults.take_word(self._board, self._closed & ~self._doubtful)
-            self._begin(self._board)
-
     def _begin(self, board: chess.Board) -> None:
         """Go on from a position; what has moved since, and is not part of it, is followed again."""
         self._board = board.copy()
         self._men.begin(self._board)
         after = [] if self._number is None else self._not_in(occupied(board))
-        self._since, self._touched = [], 0
+        self._since = []
         for change in after:
             self._follow(change)
 
@@ -119,12 +119,12 @@ class Reading:
         if change.doubtful:
             self._doubtful |= 1 << change.square
         self._news = max(self._news, change.time)
+        self._suspects &= ~(1 << change.square)
         self.faults.moved(change.square)
         self._follow(change)
 
     def _follow(self, change: Change) -> None:
         self._since.append(change)
-        self._touched |= 1 << change.square
         self._men.follow(change, self._doubtful | self.faults.left_out)
 
     def _snapshot(self, snapshot: Snapshot) -> None:
@@ -144,6 +144,14 @@ class Reading:
             placed = bool(snapshot.closed >> square & 1)
             doubtful = bool(snapshot.doubtful >> square & 1)
             self._change(Change(snapshot.number, snapshot.time, square, placed, doubtful))
+        self._name_suspects()
+
+    def _name_suspects(self) -> None:
+        """What has read otherwise since the position was confirmed is no hand's doing."""
+        if self._suspects and self._now - max(self._news, self._suspected_at) >= SUSPECT_MS:
+            self.faults.name(self._suspects & ~self._doubtful, self._board)
+            self._suspects = 0
+            self._begin(self._board)
 
     # --- what is seen ---
 

@@ -81,10 +81,10 @@ class Scan:
         return out
 
     @property
-    def suspects(self) -> int:
-        """Squares one of which has no diode: where the current may have come back."""
-        out = 0
-        for row, others in enumerate(self.live):
-            for other in squares_in(others):
-                out |= (self.closed >> 8 * row & self.closed >> 8 * other & _ROW) << 8 * other
-        return out
+    def suspects(self) -> list[int]:
+        """Sets of squares in each of which a diode is missing: where a current may have come back."""
+        return [
+            (self.closed >> 8 * row & self.closed >> 8 * other & _ROW) << 8 * other
+            for row, others in enumerate(self.live)
+            for other in squares_in(others)
+        ]

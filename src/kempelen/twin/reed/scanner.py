@@ -37,6 +37,7 @@ class Scanner:
     _chattering: int = 0
     _cleared: int = 0
     _suspected: int = 0
+    _looked_at: Scan | None = None
     _first: list[int] = field(default_factory=lambda: [0] * 64)
     _last: list[int] = field(default_factory=lambda: [0] * 64)
     _edges: list[int] = field(default_factory=lambda: [0] * 64)
@@ -109,13 +110,20 @@ class Scanner:
 
     def _sneaks(self, now: int, scan: Scan) -> list[Finding]:
         """A missing diode: where a current may have come back, but for squares where it was seen not to."""
+        if scan == self._looked_at:
+            return []
+        self._looked_at = scan
         sound = [row for row in range(8) if not scan.live[row]]
         rows = [scan.closed >> 8 * row & _ROW for row in range(8)]
         for driven in sound:
             for other in sound:
                 if other != driven:
                     self._cleared |= (rows[driven] & rows[other]) << 8 * other
-        suspects = scan.suspects & ~self._cleared
+        suspects = 0
+        for some in scan.suspects:
+            if not some & ~self._cleared:
+                self._cleared &= ~some  # one of them was sound, and is no more
+            suspects |= some & ~self._cleared
         if not suspects or suspects == self._suspected:
             return []
         self._suspected = suspects
