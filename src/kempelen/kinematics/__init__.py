@@ -8,8 +8,12 @@ from kempelen.kinematics.arm_file import arm_names, load_arm
 from kempelen.kinematics.batch import Solutions, inverse_batch
 from kempelen.kinematics.chain import forward, frames, jacobian
 from kempelen.kinematics.closed import BRANCHES, Branch, Solution, branches, inverse, inverse_pose
+from kempelen.kinematics.differential import Singularity, joint_speeds, manipulability, singularities, tilt_of
 from kempelen.kinematics.drift import Budget, JointErrors, Uncertainty, drift_budget, stop_loss
+from kempelen.kinematics.dynamics import torques
+from kempelen.kinematics.euler import matrix_from_zyz, zyz_from_matrix
 from kempelen.kinematics.fit import ArmFit, Priors, fit_arm
+from kempelen.kinematics.numeric import Search, inverse_numeric
 from kempelen.kinematics.tilt import MOST_TILT, Posture, Tilts, least_tilt, least_tilts, tilt_range, tilts
 
 __all__ = [
@@ -26,6 +30,8 @@ __all__ = [
     "Mass",
     "Posture",
     "Priors",
+    "Search",
+    "Singularity",
     "Solution",
     "Solutions",
     "Tilts",
@@ -38,12 +44,20 @@ __all__ = [
     "frames",
     "inverse",
     "inverse_batch",
+    "inverse_numeric",
     "inverse_pose",
     "jacobian",
+    "joint_speeds",
     "least_tilt",
     "least_tilts",
     "load_arm",
+    "manipulability",
+    "matrix_from_zyz",
+    "singularities",
     "stop_loss",
+    "tilt_of",
     "tilt_range",
     "tilts",
+    "torques",
+    "zyz_from_matrix",
 ]

@@ -7,7 +7,7 @@ with both signs, the rest by difference. `kempelen.kinematics.batch` does many a
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from itertools import product
-from math import atan2, cos, degrees, hypot, inf, isfinite, pi, remainder, sin, sqrt
+from math import atan2, cos, degrees, inf, isfinite, pi, remainder, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from kempelen.core.errors import MotionError, ReachError
 from kempelen.core.geometry import Array
 from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.chain import forward
+from kempelen.kinematics.misses import unreached
 from kempelen.kinematics.planar import TURN, WITH_PITCH, WITH_ROLL, Planar, planar_or_error
 
 _RANGE_TOLERANCE = 1e-9  # rad: rounding at a joint's limit is no violation
@@ -97,7 +98,7 @@ def inverse(
     found = branches(arm, position, pitch, roll, near)
     if found:
         return found[0]
-    raise _unreached(arm, closed(arm), position, pi - pitch, roll)
+    raise closed(arm).unreached(_finite(arm, position), pi - pitch, roll)
 
 
 def branches(
@@ -149,7 +150,7 @@ def inverse_pose(arm: Arm, pose: npt.ArrayLike, near: npt.ArrayLike | None = Non
             f"upright plane through its base; with {arm.n} joints 0° is what it can do.",
             hint="Tilt the gripper towards the base or away from it, or keep it straight down.",
         )
-    raise _unreached(arm, solver, position, tilt, roll)
+    raise solver.unreached(position, tilt, roll)
 
 
 class Closed:
@@ -214,6 +215,10 @@ class Closed:
         if axis is not None:
             self._search(*axis, cos(tilt), sin(tilt), tilt, roll, found)
         return found
+
+    def unreached(self, position: tuple[float, float, float], tilt: float, roll: float) -> ReachError:
+        """By how much a pose is missed."""
+        return unreached(self.arm, self.planar, position, tilt, self.every(*position, tilt, roll))
 
     def windows(self, joints: Raw) -> Iterator[Joints]:
         """The same pose within the ranges, with each joint whole turns away or not."""
@@ -367,49 +372,3 @@ def _finite(arm: Arm, position: npt.ArrayLike, *angles: float) -> tuple[float, f
     if not all(map(isfinite, (x, y, z, *angles))):
         raise MotionError(f"Arm {arm.name}: a position or an angle is not finite.", hint="Check its source.")
     return x, y, z
-
-
-def _unreached(arm: Arm, solver: Closed, position: npt.ArrayLike, tilt: float, roll: float) -> ReachError:
-    """By how much: mm of reach, else degrees of the joint that comes nearest to allowing it."""
-    x, y, z = _finite(arm, position, tilt, roll)
-    told = f"Arm {arm.name} cannot take the tool point to ({x:.1f}, {y:.1f}, {z:.1f}) mm"
-    if arm.n >= WITH_PITCH:
-        told += f" with the gripper tilted {degrees(tilt):.1f}°"
-    known = solver.every(x, y, z, tilt, roll)
-    if not known:
-        return ReachError(f"{told}: {_missed(solver.planar, x, y, z, tilt)}.", hint=_NEARER)
-    excess, branch, joint, angle = min(_worst(solver, branch, raw) for branch, raw in known)
-    low, high = (degrees(one) for one in arm.ranges[joint])
-    return ReachError(
-        f"{told}: its {arm.joint_names[joint]} would have to stand at {degrees(angle):.1f}°, "
-        f"{degrees(excess):.1f}° outside its range {low:.0f}° to {high:.0f}° ({branch}).",
-        hint=_NEARER,
-    )
-
-
-_NEARER = "Allow more tilt, or move the place; kempelen arm place tells where a board fits."
-
-
-def _worst(solver: Closed, branch: Branch, raw: Raw) -> tuple[float, Branch, int, float]:
-    """The joint farthest outside its range, with the angle in the turn that is least so."""
-    worst = (-1.0, branch, 0, 0.0)
-    for joint, (angle, (low, high)) in enumerate(zip(raw, solver.arm.ranges, strict=False)):
-        excess, best = min((max(low - one, one - high, 0.0), one) for one in (angle + k for k in _TURNS))
-        worst = max(worst, (float(excess), branch, joint, best))
-    return worst
-
-
-def _missed(planar: Planar, x: float, y: float, z: float, tilt: float) -> str:
-    """How far the wrist would be from where links can bring it."""
-    square = x * x + y * y - planar.lateral**2
-    if square < 0:
-        return f"it is {abs(planar.lateral) - hypot(x, y):.1f} mm too near to the base's axis"
-    (tool_r, tool_z), c, s = planar.tool, cos(tilt), sin(tilt)
-    r = sqrt(square) - planar.shoulder[0] - c * tool_r + s * tool_z
-    up = z - planar.shoulder[1] - s * tool_r - c * tool_z
-    distance, most, least = hypot(r, up), planar.upper + planar.lower, abs(planar.upper - planar.lower)
-    if distance > most:
-        return f"the wrist would be {distance - most:.1f} mm beyond the {most:.0f} mm that the links reach"
-    return (
-        f"the wrist would be {least - distance:.1f} mm nearer to the shoulder than the {least:.0f} mm allowed"
-    )
