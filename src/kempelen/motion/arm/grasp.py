@@ -94,7 +94,7 @@ def pose_over(point: Array, tilt: float = 0.0, roll: float = 0.0) -> Pose:
 def best_roll(arm: Arm, scene: Scene, point: Array, tilt: float) -> float:
     """The roll, rad, at which the open fingers around a piece stay farthest from its neighbours.
 
-    Only straight down is there a choice. No turn (0) is best wherever it leaves the lateral clearance.
+    Only straight down is there a choice, and no turn (0) is best wherever it leaves `_ENOUGH` room.
     """
     if abs(tilt) > _UPRIGHT or not scene.places:
         return 0.0
@@ -109,10 +109,11 @@ def best_roll(arm: Arm, scene: Scene, point: Array, tilt: float) -> float:
     others = ~np.isin(part, [i for i, name in enumerate(shape.names) if name == "the palm"])
     room = np.full(len(rows), _LOOK)
     np.minimum.at(room, sample[others], gap[others])
-    return 0.0 if room[0] >= scene.clearances.lateral else float(_ROLLS[int(room.argmax())])
+    return 0.0 if room[0] >= _ENOUGH else float(_ROLLS[int(room.argmax())])
 
 
 _UPRIGHT = 1e-6
+_ENOUGH = 0.5  # mm, the machine's own inaccuracy included
 
 
 # --- waiting ----------------------------------------------------------------------------------------------

@@ -70,7 +70,7 @@ def pose_of(arm: Arm, joints: Array) -> Pose:
     outwards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     across = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     tilt = float(np.arctan2(matrix[:3, 2] @ outwards, -matrix[2, 2]))
-    roll = float(np.arctan2(-matrix[:3, 0] @ across, matrix[:3, 1] @ across))
+    roll = float(np.arctan2(matrix[:3, 0] @ across, matrix[:3, 1] @ across))
     return Pose(azimuth, float(np.hypot(x, y)), z, tilt, roll)
 
 
@@ -115,16 +115,20 @@ def straight(arm: Arm, start: Pose, end: Pose, title: str, bow: float = BOW) -> 
 
 
 def arc(arm: Arm, start: Pose, end: Pose, title: str, bow: float) -> Array:
-    """Knots (k, n) rad of a way that is straight within the arm's plane while the base turns evenly.
+    """Knots (k, n) rad of a way that is straight in azimuth, radius and height.
 
     Raises:
         MotionError: as `straight`.
     """
     rows = start.row + np.linspace(0.0, 1.0, _STATIONS)[:, None] * (end.row - start.row)
+    middle, half = (start.radius + end.radius) / 2, (end.azimuth - start.azimuth) / 2
+    first = np.array([0.0, start.radius, start.height])
+    last = np.array([middle * (end.azimuth - start.azimuth), end.radius, end.height])
 
     def away(tool: Array) -> Array:
-        flat = np.stack([np.hypot(tool[..., 0], tool[..., 1]), tool[..., 2]], axis=-1)
-        return _from_segment(flat, start.row[1:3], end.row[1:3])
+        turned = half + _unwound_by(np.arctan2(tool[..., 1], tool[..., 0]) - start.azimuth - half)
+        flat = np.stack([middle * turned, np.hypot(tool[..., 0], tool[..., 1]), tool[..., 2]], axis=-1)
+        return _from_segment(flat, first, last)
 
     return _cut(arm, rows, away, bow, title)
 
@@ -167,6 +171,11 @@ def _from_segment(points: Array, start: Array, end: Array) -> Array:
     )
     off: Array = np.linalg.norm(points - start - share[..., None] * along, axis=-1)
     return off
+
+
+def _unwound_by(angle: Array) -> Array:
+    out: Array = (angle + np.pi) % (2 * np.pi) - np.pi
+    return out
 
 
 def _unwound(angles: Array, near: float) -> Array:

@@ -1,15 +1,16 @@
 """The standing pieces as upright cylinders, and how near the hand's parts are to them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from kempelen.core.geometry import Array
-from kempelen.core.surfaces import Point
-from kempelen.motion.arm.body import Prisms
+from kempelen.core.surfaces import Point, Surface
+from kempelen.motion.arm.body import Hand, Prisms
 from kempelen.motion.scene import Scene
-from kempelen.motion.sweep import slack
+from kempelen.motion.sweep import WIRE_RESOLUTION, slack
 
 FINEST = 0.04
 """Distance that is no longer told from touching, mm."""
@@ -19,13 +20,14 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacles:
-    """Upright cylinders: c of them; ``piece`` (c,) is the index in the scene."""
+    """Upright cylinders: c of them; ``piece`` (c,) is the index in the scene, ``own``: is it in the hand?"""
 
     centre: Array
     radius: Array
     bottom: Array
     top: Array
     piece: Indices
+    own: npt.NDArray[np.bool_]
 
 
 def obstacles(
@@ -44,6 +46,7 @@ def obstacles(
     count = len(scene.places)
     radius, top = scene.radius + lateral, scene.top + vertical
     bottom, centre = scene.bottom.copy(), scene.centre.copy()
+    mine = np.zeros(2 * count, dtype=bool)
     if open_hand:
         for end in (0, -1):
             own = scene.gripped_at(point_of(parts.tool[end]))
@@ -51,13 +54,14 @@ def obstacles(
                 continue
             shape = scene.table.pieces[scene.standing[scene.places[own]].piece_type]
             head, spread = own + count, slack(scene)
+            mine[[own, head]] = True
             tips = float(parts.bottom[end, :2].min())
             top[own] = min(tips - 2 * spread - FINEST, scene.top[own])
             bottom[head], top[head] = top[own], scene.top[head]
             centre[own], centre[head] = scene.axis[own], scene.axis[own]
             radius[own] = scene.radius[own]
             radius[head] = max(shape.head_diameter, shape.grip_diameter) / 2 + scene.clearances.off_centre
-    return Obstacles(centre, radius, bottom, top, np.arange(2 * count) % max(count, 1))
+    return Obstacles(centre, radius, bottom, top, np.arange(2 * count) % max(count, 1), mine)
 
 
 def gaps(parts: Prisms, found: Obstacles, margin: Array) -> tuple[Indices, Indices, Indices, Array]:
@@ -96,6 +100,25 @@ def gaps(parts: Prisms, found: Obstacles, margin: Array) -> tuple[Indices, Indic
     gap = np.maximum(gap, np.maximum(above, found.bottom[cylinder] - parts.top[sample, part]))
     close = gap < margin[sample]
     return sample[close], part[close], cylinder[close], gap[close]
+
+
+def lacks(scene: Scene, shape: Hand, parts: Prisms, margin: Array) -> Iterator[tuple[Surface, Array]]:
+    """By how much (s, p) each part is less than ``margin`` (s,) mm above each surface; below 0: all well.
+
+    A carried piece may stand where it is picked up and where it is set down.
+    """
+    ends = parts.tool[[0, -1], :2]
+    off = np.linalg.norm(parts.tool[:, None, :2] - ends[None], axis=2).min(axis=1)
+    standing = (off < scene.clearances.align + slack(scene))[:, None] & shape.upright
+    wide = np.hypot(np.abs(parts.across).max(axis=2), parts.half) + parts.rounding
+    x, y = parts.tool[:, 0], parts.tool[:, 1]
+    for surface in scene.table.surfaces:
+        u, v = (one[:, None] for one in surface.local(x, y))
+        over = (u > -wide) & (u < surface.size[0] + wide) & (v > -wide) & (v < surface.size[1] + wide)
+        slope = float(np.hypot(*surface.slope))
+        wanted = np.where(standing, -2 * WIRE_RESOLUTION, margin[:, None] + slope * wide)
+        lack = wanted - (parts.bottom - surface.height(x, y)[:, None])
+        yield surface, np.where(over, lack, -np.inf)
 
 
 def point_of(row: Array) -> Point:

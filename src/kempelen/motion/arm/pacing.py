@@ -4,12 +4,14 @@ Nothing stops between the ends, for each stop costs a stepper arm time and accur
 """
 
 import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import maximum_filter1d
 
 from kempelen.core.geometry import Array
 from kempelen.kinematics.arm import Arm
 from kempelen.motion.arm.synchrony import TICK, TimedPath
 
-_DENSE = 12
+_DENSE = 24
 """Points of a rounded corner."""
 _GRID = 128
 """Steps along a path at which its speed is decided."""
@@ -20,39 +22,44 @@ _BEND = 0.6
 _TINY = 1e-12
 
 
-def rounded(arm: Arm, knots: Array, share: float = 1.0) -> Array:
-    """The polyline through ``knots`` (k, n) rad with its corners cut by parabolas: (m, n) rad.
+def rounded(arm: Arm, knots: Array, shares: npt.ArrayLike = 1.0) -> Array:
+    """The polyline through ``knots`` (k, n) rad with its corners cut: (m, n) rad.
+
+    Along a corner the tangent turns by a smooth step, so that tangent and curvature are continuous and no
+    corner has to be stopped at.
 
     Args:
         arm: Whose speeds say how long a piece is: by the time that it takes.
-        knots: Joint angles, start and end included.
-        share: How much of what is free of the neighbouring pieces a corner takes, 0 to 1.
-
-    Returns:
-        Its points; tangents are continuous, so that no corner has to be stopped at.
+        knots: Joint angles, start and end included, no two neighbours alike.
+        shares: How much of what is free of the neighbouring pieces a corner takes, 0 to 1: (k - 2,) or one.
     """
-    knots = _without_repeats(arm, knots)
     lengths = _lengths(arm, knots)
-    if len(knots) < 3 or share <= 0:  # noqa: PLR2004 - no corner in a single piece
+    corners = len(knots) - 2
+    if corners < 1:
         return knots
-    free = np.where(np.arange(len(lengths)) % (len(lengths) - 1) == 0, _END_SHARE, 0.5) * lengths
-    t = np.linspace(0.0, 1.0, _DENSE)[:, None]
-    parts = [knots[:1]]
-    for i in range(1, len(knots) - 1):
-        reach = share * min(free[i - 1], free[i])
-        before = knots[i] + (knots[i - 1] - knots[i]) * (reach / lengths[i - 1])
-        after = knots[i] + (knots[i + 1] - knots[i]) * (reach / lengths[i])
-        parts.append((1 - t) ** 2 * before + 2 * t * (1 - t) * knots[i] + t**2 * after)
-    return np.concatenate([*parts, knots[-1:]])
+    wanted = np.broadcast_to(np.asarray(shares, dtype=np.float64), (corners,))
+    free = np.full(len(lengths), 0.5)
+    free[[0, -1]] = _END_SHARE
+    free *= lengths
+    reach = np.maximum(wanted, _LEAST_CORNER) * np.minimum(free[:-1], free[1:])
+    back = (knots[:-2] - knots[1:-1]) * (reach / lengths[:-1])[:, None]
+    ahead = (knots[2:] - knots[1:-1]) * (reach / lengths[1:])[:, None]
+    bends = knots[1:-1, None] + _LEAVING[:, None] * back[:, None] + _ENTERING[:, None] * ahead[:, None]
+    return np.concatenate([knots[:1], bends.reshape(-1, knots.shape[1]), knots[-1:]])
 
 
+_STEPS = np.linspace(0.0, 1.0, _DENSE)
+_ENTERING = 2 * _STEPS**3 - _STEPS**4
+_LEAVING = _ENTERING[::-1]
+_LEAST_CORNER = 0.02
 _END_SHARE = 0.9  # of the first and the last piece, which have one corner only
 
 
 def paced(arm: Arm, path: Array, tick: float = TICK) -> TimedPath:
     """The path (m, n) rad in nearly the least time, from rest to rest.
 
-    Speed, acceleration and jerk of every joint stay within its limits.
+    Speed and acceleration of every joint stay within its limits, and acceleration along the way builds up
+    over the time that its limit of jerk asks for.
 
     Args:
         arm: Whose limits.
@@ -63,16 +70,43 @@ def paced(arm: Arm, path: Array, tick: float = TICK) -> TimedPath:
     if len(path) < 2:  # noqa: PLR2004
         return TimedPath(np.repeat(path, 2, axis=0), np.array([0.0, tick]))
     way = np.concatenate(([0.0], np.cumsum(_lengths(arm, path))))
-    grid = np.linspace(0.0, way[-1], _GRID + 1)
-    times = _fastest(arm, _along(path, way, grid), float(grid[1]))
-    fine = np.arange(0.0, times[-1] + _FINE, _FINE)
-    joints = _smoothed(_along(path, way, np.interp(fine, times, grid)), arm)
-    seconds = _FINE * (len(joints) - 1) * _excess(arm, joints)
+    joints, seconds = _smooth(arm, path, way)
     count = max(int(np.ceil(seconds / tick)), 1)
     at = np.linspace(0.0, len(joints) - 1.0, count + 1)
     out = _along(joints, np.arange(float(len(joints))), at)
     out[0], out[-1] = path[0], path[-1]
     return TimedPath(out, np.linspace(0.0, seconds, count + 1))
+
+
+def _smooth(arm: Arm, path: Array, way: Array) -> tuple[Array, float]:
+    """Joint angles (m, n) at even times, and how long it takes, s.
+
+    Smoothing hurries through narrow bends: where that asks too much of a joint, the bend is taken more
+    slowly, and what is left is made up for by stretching the time.
+    """
+    grid = np.linspace(0.0, way[-1], _GRID + 1)
+    points = _along(path, way, grid)
+    ease = np.ones(_GRID + 1)
+    best: tuple[Array, float] | None = None
+    for _ in range(_ROUNDS):
+        times = _fastest(arm, points, float(grid[1]), ease)
+        fine = np.arange(0.0, times[-1] + _FINE, _FINE)
+        passed = _smoothed(np.interp(fine, times, grid), arm)
+        joints = _along(path, way, passed)
+        excess = _excess(arm, joints)
+        seconds = _FINE * (len(joints) - 1) * max(1.0, float(excess.max(initial=1.0)))
+        if best is None or seconds < best[1]:
+            best = joints, seconds
+        if excess.max(initial=1.0) < _GOOD:
+            break
+        local = np.interp(grid, passed[::_COARSE][1:-1], excess)
+        ease *= np.maximum(maximum_filter1d(local, _NEIGHBOURS), 1.0)
+    return best if best is not None else (path, _FINE)
+
+
+_ROUNDS = 3
+_GOOD = 1.02
+_NEIGHBOURS = 5
 
 
 def _lengths(arm: Arm, path: Array) -> Array:
@@ -91,17 +125,19 @@ def _along(path: Array, way: Array, at: Array) -> Array:
     return np.stack([np.interp(at, way, column) for column in path.T], axis=1)
 
 
-def _fastest(arm: Arm, points: Array, step: float) -> Array:
+def _fastest(arm: Arm, points: Array, step: float, ease: Array) -> Array:
     """When (k,) each of the points (k, n), ``step`` apart, is passed, s.
 
     Forwards as fast as every joint can speed up, backwards as it can brake (time-optimal path
     parameterisation, Bobrow 1985), with the acceleration that a bend takes reserved at both ends of a step.
+    Speeds are lowered by the factors ``ease`` (k,).
     """
     slope: Array = np.gradient(points, step, axis=0)
     bend: Array = np.abs(np.gradient(slope, step, axis=0))
     slope = np.maximum(np.abs(slope), _TINY)
     bend = np.maximum(bend, _TINY)
     cap = np.minimum((arm.velocity / slope) ** 2, _BEND * arm.acceleration / bend).min(axis=1)
+    cap /= ease * ease
     cap[0] = cap[-1] = 0.0
     slopes, bends = ([[float(one) for one in row] for row in rows] for rows in (slope, bend))
     squares = [float(one) for one in cap]
@@ -128,33 +164,26 @@ def _forwards(
     return out
 
 
-def _smoothed(joints: Array, arm: Arm) -> Array:
-    """A moving average over the time in which jerk turns full braking into full acceleration.
+def _smoothed(passed: Array, arm: Arm) -> Array:
+    """The way passed (m,) as a moving average over the time in which jerk builds up acceleration.
 
-    Averages of speeds and accelerations within limits are within them, and acceleration cannot change faster
-    than from one limit to the other within that time. The motion lasts that much longer, and its corners
-    become a little rounder: the swept test looks at what is sent.
+    The path stays what it is, and the motion lasts that much longer.
     """
-    width = max(int(np.ceil(2.0 * float((arm.acceleration / arm.jerk).max()) / _FINE)), 1)
-    before, after = np.repeat(joints[:1], width, axis=0), np.repeat(joints[-1:], width, axis=0)
-    total = np.cumsum(np.concatenate((before, joints, after)), axis=0)
+    width = max(int(np.ceil(float((arm.acceleration / arm.jerk).max()) / _FINE)), 1)
+    total = np.cumsum(np.concatenate((np.full(width, passed[0]), passed, np.full(width, passed[-1]))))
     smooth: Array = (total[width:] - total[:-width]) / width
     return smooth
 
 
-def _excess(arm: Arm, joints: Array) -> float:
-    """By how much the time has to be stretched for every joint to keep within its limits; at least 1."""
+def _excess(arm: Arm, joints: Array) -> Array:
+    """By how much (k,) the time would have to be stretched for every joint to keep its limits."""
     step = _FINE * _COARSE
     speed = np.diff(joints[::_COARSE], axis=0) / step
-    rate = np.diff(speed, axis=0) / step
-    jerk = np.diff(rate, axis=0) / step
-    over = (
-        float((np.abs(values) / limit).max(initial=0.0)) ** (1.0 / order)
-        for order, (values, limit) in enumerate(
-            ((speed, arm.velocity), (rate, arm.acceleration), (jerk, arm.jerk)), start=1
-        )
+    rate = np.abs(np.diff(speed, axis=0)) / step
+    over: Array = np.maximum(
+        (np.abs(speed[1:]) / arm.velocity).max(axis=1), np.sqrt(rate / arm.acceleration).max(axis=1)
     )
-    return float(max(1.0, *over))
+    return over
 
 
 _COARSE = 4  # finer differences would measure the rounding of the path's points

@@ -23,9 +23,9 @@ from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.chain import frames
 from kempelen.motion.arm import links
 from kempelen.motion.arm.body import Hand, Prisms, hand, prisms
-from kempelen.motion.arm.obstacles import FINEST, gaps, obstacles, point_of
+from kempelen.motion.arm.obstacles import FINEST, gaps, lacks, obstacles, point_of
 from kempelen.motion.scene import Scene
-from kempelen.motion.sweep import WIRE_RESOLUTION, Contact, slack
+from kempelen.motion.sweep import Contact, slack
 
 _PARTS = 4  # into which a piece is cut to be looked at again
 _LEVELS = 8
@@ -136,29 +136,14 @@ class _Sweeper:
 
     def surfaces(self) -> Iterator[Contact]:
         """The hand above board, trays and the table; heights are linear along a piece but for the bow."""
-        parts = self.parts
         turn = np.abs(np.diff(self.joints, axis=0)).sum(axis=1)
         bow = np.concatenate((turn, [0.0])) ** 2
         bow = np.maximum(bow, np.concatenate(([0.0], bow[:-1]))) * links.reach(self.arm) / 8.0
-        ends = parts.tool[[0, -1]]
-        standing = np.zeros(parts.bottom.shape, dtype=bool)
-        if self.held is not None:
-            off = np.linalg.norm(parts.tool[:, None, :2] - ends[None, :, :2], axis=2).min(axis=1)
-            standing[:] = (off < self.scene.clearances.align + self.spread)[:, None] & self.shape.upright
-        wide = np.hypot(np.abs(parts.across).max(axis=2), parts.half) + parts.rounding
-        for surface in self.scene.table.surfaces:
-            x, y = parts.tool[:, 0], parts.tool[:, 1]
-            u, v = surface.local(x, y)
-            over = (u[:, None] > -wide) & (u[:, None] < surface.size[0] + wide)
-            over &= (v[:, None] > -wide) & (v[:, None] < surface.size[1] + wide)
-            slope = float(np.hypot(*surface.slope))
-            wanted = np.where(standing, -2 * WIRE_RESOLUTION, self.spread + bow[:, None] + slope * wide)
-            lack = wanted - (parts.bottom - surface.height(x, y)[:, None])
-            lack[~over] = -1.0
+        for surface, lack in lacks(self.scene, self.shape, self.parts, self.spread + bow):
             sample, part = np.unravel_index(int(lack.argmax()), lack.shape)
             if lack[sample, part] > _ROUNDING:
                 name, depth = self.shape.names[part], float(lack[sample, part])
-                yield Contact(name, f"the {surface.name}", depth, point_of(parts.tool[sample]))
+                yield Contact(name, f"the {surface.name}", depth, point_of(self.parts.tool[sample]))
 
 
 _ROUNDING = 1e-6  # mm

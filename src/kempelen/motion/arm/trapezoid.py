@@ -19,16 +19,15 @@ from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.chain import forward
 from kempelen.motion.arm.body import Prisms, hand, prisms
 from kempelen.motion.arm.guidance import BOW, Pose, arc, joints_at, pose_of, straight
-from kempelen.motion.arm.obstacles import Obstacles, gaps, obstacles
+from kempelen.motion.arm.obstacles import FINEST, Obstacles, gaps, lacks, obstacles
 from kempelen.motion.arm.pacing import rounded
 from kempelen.motion.arm.sweep import Held
 from kempelen.motion.scene import Scene
+from kempelen.motion.sweep import slack
 
-FREE_BOW = 6.0
+FREE_BOW = 3.0
 """How far the way across may leave its line within the arm's plane, mm; what it leaves it by is swept."""
-_LIFTS = (0.0, 8.0, 16.0, 32.0)
-"""Added to the height across, mm, where the lowest one does not do."""
-_LOOKS = 72
+_LOOKS = 96
 _OUTWARDS = np.concatenate(([0.0], np.repeat(np.arange(4.0, 124.0, 4.0), 2) * np.tile([1.0, -1.0], 30)))
 
 
@@ -37,20 +36,24 @@ class Boldness(NamedTuple):
 
     Attributes:
         slant: Share of the way across that is covered while going up or down.
-        corner: How much of a corner is cut.
+        corner: How much of the corner above it is cut.
+        lift: How much higher that corner is than the lowest height that would do, mm.
     """
 
     slant: float
     corner: float
+    lift: float
 
 
 BOLDNESS = (
-    Boldness(0.2, 1.0),
-    Boldness(0.08, 1.0),
-    Boldness(0.0, 1.0),
-    Boldness(0.0, 0.6),
-    Boldness(0.0, 0.2),
+    Boldness(0.2, 1.0, 0.0),
+    Boldness(0.07, 1.0, 3.0),
+    Boldness(0.0, 1.0, 6.0),
+    Boldness(0.0, 0.5, 10.0),
+    Boldness(0.0, 0.3, 20.0),
+    Boldness(0.0, 0.3, 40.0),
 )
+"""From bold to careful."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,23 +88,19 @@ def paths(task: Task) -> Iterator[Array]:
     first, last = pose_of(task.arm, task.start), pose_of(task.arm, task.end)
     last = replace(last, azimuth=first.azimuth + float(task.end[0] - task.start[0]))
     needed = _height(task, first, last)
-    error: MotionError | None = None
-    for lift in _LIFTS:
-        levels = [0, 0]
-        while True:
-            bold = BOLDNESS[levels[0]], BOLDNESS[levels[1]]
-            try:
-                path = _way(task, (first, last), needed + lift, bold)
-            except MotionError as failed:
-                error, blocked = failed, (True, True)
-            else:
-                blocked = _blocked(task, path)
-                if not any(blocked):
-                    yield path
-                    blocked = (True, True)
-            levels = [min(level + hit, len(BOLDNESS)) for level, hit in zip(levels, blocked, strict=True)]
-            if max(levels) == len(BOLDNESS):
-                break
+    levels, error = [0, 0], None
+    while max(levels) < len(BOLDNESS):
+        bold = BOLDNESS[levels[0]], BOLDNESS[levels[1]]
+        try:
+            path = _way(task, (first, last), needed, bold)
+        except MotionError as failed:
+            error, blocked = failed, (True, True)
+        else:
+            blocked = _blocked(task, path)
+            if not any(blocked):
+                yield path
+                blocked = (True, True)
+        levels = [level + hit for level, hit in zip(levels, blocked, strict=True)]
     if error is not None:
         raise error
 
@@ -109,15 +108,31 @@ def paths(task: Task) -> Iterator[Array]:
 def _way(task: Task, ends: tuple[Pose, Pose], height: float, bold: tuple[Boldness, Boldness]) -> Array:
     """The rounded path: up, across, down, as far as each is needed."""
     first, last = ends
-    over = [_over(task.arm, ends[i], ends[1 - i], max(height, ends[i].height), bold[i].slant) for i in (0, 1)]
+    over = [_over(task.arm, ends[i], ends[1 - i], height + bold[i].lift, bold[i].slant) for i in (0, 1)]
     parts = [
-        straight(task.arm, first, over[0], f"{task.title}, going up", task.bow),
+        straight(task.arm, first, over[0], f"{task.title}, going up", _bow(task, first)),
         arc(task.arm, over[0], over[1], f"{task.title}, going across", FREE_BOW),
-        straight(task.arm, over[1], last, f"{task.title}, going down", task.bow),
+        straight(task.arm, over[1], last, f"{task.title}, going down", _bow(task, last)),
     ]
     knots = np.concatenate([parts[0], parts[1][1:], parts[2][1:]])
     knots[0], knots[-1] = task.start, task.end
-    return rounded(task.arm, knots, min(bold[0].corner, bold[1].corner))
+    shares = np.ones(len(knots))
+    corners = len(parts[0]) - 1, len(knots) - len(parts[2])
+    for corner, one in zip(corners, bold, strict=True):
+        shares[corner] = min(shares[corner], one.corner)
+    keep = np.concatenate(([True], np.abs(np.diff(knots, axis=0)).max(axis=1) > _STILL))
+    return rounded(task.arm, knots[keep], shares[keep][1:-1])
+
+
+_STILL = 1e-9
+
+
+def _bow(task: Task, end: Pose) -> float:
+    """Open fingers across the arm's plane may bow within it, along the piece between them; turned, not."""
+    return task.bow if task.held is not None or abs(end.roll) < _STILL else min(task.bow, _TURNED_BOW)
+
+
+_TURNED_BOW = 0.1  # mm
 
 
 def _over(arm: Arm, end: Pose, other: Pose, height: float, slant: float) -> Pose:
@@ -166,7 +181,7 @@ def _height(task: Task, first: Pose, last: Pose) -> float:
     )
     for radius, bottom in _columns(scene.table.gripper, task.held):
         needed = scene.top + scene.clearances.vertical - bottom
-        reach = scene.radius + radius + scene.clearances.lateral
+        reach = scene.radius + radius + scene.clearances.lateral + FREE_BOW
         for pose, row in ((first, off[0]), (last, off[-1])):
             reach = np.where(needed > pose.height, np.minimum(reach, row - _TINY), reach)
         reach[[i for i in range(len(reach)) if i % len(scene.places) in own]] = 0.0
@@ -197,20 +212,22 @@ def _surface_height(task: Task, tool: Array) -> float:
         wide = gripper.half_length_open
         over = (u > -wide) & (u < surface.size[0] + wide) & (v > -wide) & (v < surface.size[1] + wide)
         heights = surface.height(tool[:, 0], tool[:, 1])[over]
-        best = max(best, float(np.max(heights, initial=-np.inf)) + hang + near)
+        best = max(best, float(np.max(heights, initial=-np.inf)) + hang + near + FREE_BOW)
     return best
 
 
 def _blocked(task: Task, path: Array) -> tuple[bool, bool]:
     """Whether something is nearer than the clearances ask, in the first and in the second half of a path."""
-    share = np.linspace(0.0, 1.0, _LOOKS)
+    share = (1.0 - np.cos(np.linspace(0.0, np.pi, _LOOKS))) / 2.0  # denser where pieces are near
     way = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(path, axis=0)).sum(axis=1))))
     joints = np.stack([np.interp(share * way[-1], way, column) for column in path.T], axis=1)
     scene, held = task.scene, task.held
     shape = hand(task.arm, scene.table.gripper, held.shape if held else None, held.tilt if held else 0.0)
     parts = prisms(shape, forward(task.arm, joints))
     found = _kept_away(scene, parts, open_hand=held is None)
-    sample = gaps(parts, found, np.zeros(len(joints)))[0]
+    margin = np.full(len(joints), slack(scene) + FINEST)
+    flat = [np.flatnonzero((lack > 0).any(axis=1)) for _, lack in lacks(scene, shape, parts, margin)]
+    sample = np.concatenate([gaps(parts, found, margin)[0], *flat])
     return bool((sample < _LOOKS / 2).any()), bool((sample >= _LOOKS / 2).any())
 
 
@@ -219,10 +236,11 @@ def _kept_away(scene: Scene, parts: Prisms, *, open_hand: bool) -> Obstacles:
     keep = scene.clearances
     found = obstacles(scene, parts, open_hand=open_hand, lateral=keep.lateral, vertical=keep.vertical)
     ends = Prisms(*(getattr(parts, name)[[0, -1]] for name in Prisms.__slots__))
-    _, _, cylinder, gap = gaps(ends, found, np.zeros(2))
+    room = slack(scene) + FINEST + _GIVE
+    _, _, cylinder, gap = gaps(ends, found, np.full(2, room))
     radius = found.radius.copy()
-    np.minimum.at(radius, cylinder, found.radius[cylinder] + gap - _GIVE)
-    return replace(found, radius=radius)
+    np.minimum.at(radius, cylinder, found.radius[cylinder] + gap - room)
+    return replace(found, radius=np.where(found.own, found.radius, radius))
 
 
 _GIVE = 1.0
