@@ -103,6 +103,16 @@ class Measurements:
         return list(self._audit.errors) if self._audit else []
 
     @property
+    def lost(self) -> list[str]:
+        """What was not put down where the game says, a sentence each (twin only)."""
+        return list(self._audit.lost) if self._audit else []
+
+    @property
+    def toppled(self) -> int:
+        """Pieces that have fallen over (twin only)."""
+        return self._audit.toppled if self._audit else 0
+
+    @property
     def over_bound(self) -> float:
         """Robot time of all carries, from grip to release, over the sum of their lower bounds.
 
@@ -136,8 +146,7 @@ class Measurements:
 
     def _wrong(self, state: GameState, *, at_end: bool) -> list[str]:
         """What was put down wrongly in any move, then what stands wrongly at the end."""
-        lost = list(self._audit.lost) if self._audit else []
-        return lost + (disagreements(self._table, state.layout, self._truth) if at_end else [])
+        return self.lost + (disagreements(self._table, state.layout, self._truth) if at_end else [])
 
     def _standing(self, state: GameState) -> float:
         return round(standing_error(self._table, state.begun.layout, state.layout, self._truth), 4)

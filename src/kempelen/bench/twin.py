@@ -4,6 +4,7 @@ import asyncio
 import statistics
 import tempfile
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -26,17 +27,27 @@ SPECIAL_GAMES = 10
 
 
 @dataclass
-class _Totals:
+class Totals:
+    """Of many games.
+
+    Attributes:
+        seconds: Of each transfer.
+        wrong: Sentences about pieces that are not where the game says.
+    """
+
     errors: list[float] = field(default_factory=list)
     quiet_s: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
     working_s: float = 0.0
     wall_s: float = 0.0
     wrong: list[str] = field(default_factory=list)
     reports: list[GameReport] = field(default_factory=list)
 
     def add(self, report: GameReport, taken: Measurements) -> None:
+        """Take in one more game."""
         self.reports.append(report)
         self.errors += taken.errors
+        self.seconds += [one.seconds for one in taken.reports]
         self.quiet_s += [move.seconds for move in taken.moves if move.transfers == 1]
         working, wall = taken.twin_seconds
         self.working_s += working
@@ -44,6 +55,7 @@ class _Totals:
         self.wrong += report.disagreements
 
     def figures(self) -> dict[str, float]:
+        """What `kempelen bench twin` is judged by."""
         placements = [report.placement for report in self.reports if report.placement is not None]
         return {
             "transfers": len(self.errors),
@@ -70,13 +82,13 @@ def run(*, seed: int, pgn: Path | None, data: Path | None, progress: Progress) -
     """
     del data
     scores = bench_games(seed, pgn)
-    totals, rows = _Totals(), list[dict[str, Any]]()
+    totals, rows = Totals(), list[dict[str, Any]]()
     for number, score in enumerate(scores):
         progress(score.title, number / len(scores))
         started = time.perf_counter()
-        report, taken = asyncio.run(_replay(score, seed + number))
+        report, taken = asyncio.run(play_score(score, seed + number))
         totals.add(report, taken)
-        rows.append(_row(score, report, taken, time.perf_counter() - started))
+        rows.append(row_of(score, report, taken, time.perf_counter() - started))
     return BenchResult("twin", totals.figures(), rows)
 
 
@@ -93,7 +105,16 @@ def famous_games() -> list[GameScore]:
         return [read_game(path, heading.index) for heading in list_games(path)]
 
 
-async def _replay(score: GameScore, seed: int) -> tuple[GameReport, Measurements]:
+async def play_score(
+    score: GameScore, seed: int, overrides: Mapping[str, object] | None = None
+) -> tuple[GameReport, Measurements]:
+    """Play a game on a twin as fast as it can, without eyes.
+
+    Args:
+        score: The game.
+        seed: Of how the pieces stand.
+        overrides: Of the configuration, beside that.
+    """
     with tempfile.TemporaryDirectory(prefix="kempelen-bench-") as folder:
         config = load_config(
             None,
@@ -103,6 +124,7 @@ async def _replay(score: GameScore, seed: int) -> tuple[GameReport, Measurements
                 "twin.seed": seed,
                 "robot.port": "twin",
                 "sensor.kind": "none",
+                **(overrides or {}),
             },
         )
         async with LiveGame(config, GameRequest(Mode.REPLAY, score.start_fen, score=score), nobody) as game:
@@ -118,7 +140,8 @@ async def nobody(question: Question) -> str:
     raise RuntimeError(f"nobody is here to answer: {question.text}")
 
 
-def _row(score: GameScore, report: GameReport, taken: Measurements, wall: float) -> dict[str, Any]:
+def row_of(score: GameScore, report: GameReport, taken: Measurements, wall: float) -> dict[str, Any]:
+    """A line of the table of games."""
     placement = report.placement
     return {
         "game": short_title(score.headers),
