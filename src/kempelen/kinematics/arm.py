@@ -102,6 +102,7 @@ class Arm:
         drift: How it loses its place.
         bodies: Capsules for the swept test.
         masses: n links' masses; empty where they are not known.
+        tool: A fixed row after the last joint, for arms whose last link does not end at the tool point.
         sources: Where each group of numbers comes from.
 
     Raises:
@@ -122,6 +123,7 @@ class Arm:
     drift: Drift
     bodies: tuple[Body, ...] = ()
     masses: tuple[Mass, ...] = ()
+    tool: Link | None = None
     title: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
 

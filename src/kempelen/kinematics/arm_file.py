@@ -5,6 +5,7 @@ In a file angles are degrees, as in data sheets, and every group of numbers has 
 
 import tomllib
 from importlib.resources import files
+from math import radians
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -67,6 +68,19 @@ class BodyFile(_Model):
     radius_mm: _Above0
 
 
+class ToolFile(_Model):
+    """A fixed row after the last joint, to the tool point."""
+
+    a_mm: float = 0.0
+    alpha_deg: float = 0.0
+    d_mm: float = 0.0
+    turn_deg: float = 0.0
+
+    def row(self) -> Link:
+        """In radians."""
+        return _row(self.a_mm, self.alpha_deg, self.d_mm, self.turn_deg)
+
+
 class ArmFile(_Model):
     """A whole file; `sources` names each group of numbers."""
 
@@ -75,6 +89,7 @@ class ArmFile(_Model):
     joint: Annotated[list[JointFile], Field(min_length=3, max_length=7)]
     motor_from_joint: list[list[float]] | None = None
     body: list[BodyFile] = []
+    tool: ToolFile | None = None
 
     @model_validator(mode="after")
     def _sourced(self) -> Self:
@@ -99,10 +114,7 @@ class ArmFile(_Model):
             title=self.title,
             sources=self.sources,
             joint_names=tuple(one.name for one in joints),
-            links=tuple(
-                Link(one.a_mm, _exact_radians(one.alpha_deg), one.d_mm, _exact_radians(one.offset_deg))
-                for one in joints
-            ),
+            links=tuple(_row(one.a_mm, one.alpha_deg, one.d_mm, one.offset_deg) for one in joints),
             ranges=np.radians([one.range_deg for one in joints]),
             velocity=np.radians([one.velocity_deg_s for one in joints]),
             acceleration=np.radians([one.acceleration_deg_s2 for one in joints]),
@@ -113,6 +125,7 @@ class ArmFile(_Model):
             drift=self._drift(),
             bodies=tuple(Body(one.link, one.start_mm, one.end_mm, one.radius_mm) for one in self.body),
             masses=self._masses(name),
+            tool=self.tool.row() if self.tool else None,
         )
 
     def _coupling(self, name: str) -> list[list[float]]:
@@ -193,6 +206,5 @@ def _told(error: ValidationError) -> str:
     return "; ".join(one(found["loc"], found["msg"]) for found in error.errors())
 
 
-def _exact_radians(degrees: float) -> float:
-    """Quarter turns have exact sines, or wrist and plane would be off by rounding alone."""
-    return float(np.radians(degrees))
+def _row(a: float, alpha_deg: float, d: float, offset_deg: float) -> Link:
+    return Link(a, radians(alpha_deg), d, radians(offset_deg))

@@ -64,7 +64,9 @@ def inverse_batch(
         ahead = _ahead(planar, points[:, part], tilt, turn)
         _solve(arm, planar, ahead, joints[:2, :, part], within[:2, part])
         if flipped:
-            _solve(arm, planar, _flipped(ahead), joints[2:, :, part], within[2:, part])
+            _solve(
+                arm, planar, _flipped(planar, points[:, part], ahead), joints[2:, :, part], within[2:, part]
+            )
     return Solutions(joints.transpose(2, 0, 1), within.T)
 
 
@@ -79,7 +81,7 @@ class _Planes(NamedTuple):
     sin_tilt: Array
     tilt: Array
     roll: Array
-    down_up: bool
+    flipped: bool
 
 
 def _ahead(planar: Planar, points: Array, tilt: Array, roll: Array) -> _Planes:
@@ -87,24 +89,41 @@ def _ahead(planar: Planar, points: Array, tilt: Array, roll: Array) -> _Planes:
     x, y, up = points
     c, s = np.cos(tilt), np.sin(tilt)
     square, heading = x * x + y * y, np.arctan2(y, x)
+    if planar.offset != (0.0, 0.0):
+        return _on_axis(planar, _Planes(heading, heading, square, up, c, s, tilt, roll, flipped=False))
     with np.errstate(invalid="ignore"):
-        if planar.offset == (0.0, 0.0):
-            radial = np.sqrt(square - planar.lateral**2 if planar.lateral else square)
-        else:
-            radial, heading, up = _on_axis(planar, square, heading, up, c, s, roll)
+        radial = np.sqrt(square - planar.lateral**2 if planar.lateral else square)
     azimuth = heading - np.arctan2(planar.lateral, radial) if planar.lateral else heading
-    return _Planes(heading, azimuth, radial, up, c, s, tilt, roll, down_up=False)
+    return _Planes(heading, azimuth, radial, up, c, s, tilt, roll, flipped=False)
 
 
-def _flipped(ahead: _Planes) -> _Planes:
+def _flipped(planar: Planar, points: Array, ahead: _Planes) -> _Planes:
     """With the base the other way round; the lateral shift turns the other way, too."""
-    return ahead._replace(
+    planes = ahead._replace(
         azimuth=2 * ahead.heading - ahead.azimuth + pi,
         radial=-ahead.radial,
         sin_tilt=-ahead.sin_tilt,
         tilt=-ahead.tilt,
         roll=ahead.roll + pi,
-        down_up=True,
+        flipped=True,
+    )
+    if planar.offset == (0.0, 0.0):
+        return planes
+    x, y, up = points
+    return _on_axis(planar, planes._replace(radial=x * x + y * y, up=up))
+
+
+def _on_axis(planar: Planar, planes: _Planes) -> _Planes:
+    """From tool points (``radial`` still squared, from the base's axis) to the roll axis beside them."""
+    ex, ey = planar.offset
+    c, s = np.cos(planes.roll), np.sin(planes.roll)
+    aside, along = planar.lateral + ex * s + ey * c, ey * s - ex * c
+    with np.errstate(invalid="ignore"):
+        radial = np.sqrt(planes.radial - aside * aside) * (-1 if planes.flipped else 1)
+    return planes._replace(
+        azimuth=planes.heading - np.arctan2(aside, radial),
+        radial=radial - along * planes.cos_tilt,
+        up=planes.up - along * planes.sin_tilt,
     )
 
 
@@ -118,7 +137,7 @@ def _solve(arm: Arm, planar: Planar, planes: _Planes, out: Array, within: npt.ND
     line = np.arctan2(up, r)
     s2, s3, s4, s5 = planar.signs
     f0, a0, b0, t0, r0 = planar.zero
-    for mine, good, sign in zip(out, within, (1.0, -1.0) if planes.down_up else (-1.0, 1.0), strict=True):
+    for mine, good, sign in zip(out, within, (1.0, -1.0) if planes.flipped else (-1.0, 1.0), strict=True):
         arm_angle = line - sign * lead
         fore_angle = arm_angle + sign * bend
         np.subtract(planes.azimuth, f0, out=mine[0])
@@ -129,19 +148,6 @@ def _solve(arm: Arm, planar: Planar, planes: _Planes, out: Array, within: npt.ND
         if arm.n > WITH_PITCH:
             mine[4] = s5 * (planes.roll - r0)
         good[:] = _turned(arm, mine)
-
-
-def _on_axis(  # noqa: PLR0917 - inside of one loop
-    planar: Planar, square: Array, heading: Array, z: Array, c: Array, s: Array, roll: Array
-) -> tuple[Array, Array, Array]:
-    """As `kempelen.kinematics.closed` does it: the roll axis, from a tool point that is off it."""
-    ex, ey = planar.offset
-    turn_c, turn_s = np.cos(roll), np.sin(roll)
-    aside, along = planar.lateral + ex * turn_s + ey * turn_c, ey * turn_s - ex * turn_c
-    radial = np.sqrt(square - aside * aside)
-    azimuth = heading - np.arctan2(aside, radial)
-    out = radial - along * c
-    return out, azimuth + np.arctan2(planar.lateral, out), z - along * s
 
 
 def _triangle(planar: Planar, r: Array, up: Array) -> tuple[Array, Array]:

@@ -33,7 +33,7 @@ def frames(arm: Arm, joints: npt.ArrayLike) -> Array:
 
     Returns:
         (..., n + 1, 4, 4): robot_from_link, mm: the base's own frame (identity), then the one after each
-        joint (standard DH; paper, forward kinematics).
+        joint (standard DH; paper, forward kinematics); the last one is the tool's.
 
     Raises:
         MotionError: the last axis has not n numbers, or one is not finite.
@@ -43,6 +43,8 @@ def frames(arm: Arm, joints: npt.ArrayLike) -> Array:
     out[..., 0, :, :] = np.eye(4)
     for number, link in enumerate(arm.links):
         out[..., number + 1, :, :] = out[..., number, :, :] @ _link_matrix(link, joints[..., number])
+    if arm.tool is not None:
+        out[..., -1, :, :] = out[..., -1, :, :] @ _link_matrix(arm.tool, np.zeros(()))
     return out
 
 

@@ -129,7 +129,7 @@ def inverse_pose(arm: Arm, pose: npt.ArrayLike, near: npt.ArrayLike | None = Non
     """Joint angles for a whole pose of the tool.
 
     Args:
-        arm: Of the planar family.
+        arm: Of the planar family; with four joints position and approach count, with three the position.
         pose: (4, 4) robot_from_tool.
         near: As in `inverse`.
 
@@ -172,8 +172,13 @@ class Closed:
 
     def solve(self, x: float, y: float, z: float, tilt: float, roll: float) -> Joints | None:
         """The first branch within the ranges, (n,) rad, or None; without checks, the fast path."""
-        axis = self._on_axis(x, y, z, tilt, roll)
-        return None if axis is None else self._search(*axis, cos(tilt), sin(tilt), tilt, roll, None)
+        if self.planar.offset != (0.0, 0.0):
+            found = self.solutions(x, y, z, tilt, roll)
+            return tuple(found[0].joints.tolist()) if found else None
+        radial = self._radial(x, y, self.planar.lateral)
+        if radial is None:
+            return None
+        return self._search(radial, atan2(y, x), z, cos(tilt), sin(tilt), tilt, roll, None)
 
     def solve_pose(self, pose: Array) -> Joints | None:
         """As `solve`, for a (4, 4) robot_from_tool whose approach vector lies in the plane."""
@@ -197,7 +202,14 @@ class Closed:
             for one in self.solutions(x, y, z, tilt, roll)
         ]
         if self.planar.lateral:  # with the base flipped, the same angles turn the gripper another way
-            found = [one for one in found if np.abs(forward(self.arm, one.joints) - pose).max() < _SAME_POSE]
+            first = (0, 2, 3)[
+                WITH_ROLL - self.arm.n
+            ]  # column: fewer joints cannot keep the roll, or the tilt
+            found = [
+                one
+                for one in found
+                if np.abs((forward(self.arm, one.joints) - pose)[:3, first:]).max() < _SAME_POSE
+            ]
         return nearest_first(found, near)
 
     def solutions(self, x: float, y: float, z: float, tilt: float, roll: float) -> list[Solution]:
@@ -211,9 +223,12 @@ class Closed:
     def every(self, x: float, y: float, z: float, tilt: float, roll: float) -> list[tuple[Branch, Raw]]:
         """All branches in the order of `BRANCHES`, ranges not looked at, always five angles."""
         found: list[tuple[Branch, Raw]] = []
-        axis = self._on_axis(x, y, z, tilt, roll)
-        if axis is not None:
-            self._search(*axis, cos(tilt), sin(tilt), tilt, roll, found)
+        for flipped in _WAYS:
+            axis = self._on_axis(x, y, z, tilt, roll, flipped=flipped)
+            if axis is not None:
+                both: list[tuple[Branch, Raw]] = []
+                self._search(*axis, cos(tilt), sin(tilt), tilt, roll, both)
+                found += [one for one in both if one[0].flipped is flipped]
         return found
 
     def unreached(self, position: tuple[float, float, float], tilt: float, roll: float) -> ReachError:
@@ -246,22 +261,25 @@ class Closed:
         return found
 
     def _on_axis(
-        self, x: float, y: float, z: float, tilt: float, roll: float
+        self, x: float, y: float, z: float, tilt: float, roll: float, *, flipped: bool
     ) -> tuple[float, float, float] | None:
-        """Where the roll axis is at the tool point: how far out in the plane, heading, height."""
+        """Where the roll axis is at the tool point, for a way of the base: how far out, heading, height."""
         planar = self.planar
-        if planar.offset == (0.0, 0.0):
-            square = x * x + y * y - planar.lateral * planar.lateral
-            return None if square < 0 else (sqrt(square), atan2(y, x), z)
+        way = -1.0 if flipped else 1.0
         shift, along = off_axis(planar, roll)
-        aside = planar.lateral + shift
-        square = x * x + y * y - aside * aside
-        if square < 0:
+        aside = planar.lateral + way * shift
+        radial = self._radial(x, y, aside)
+        if radial is None:
             return None
-        radial = sqrt(square)
-        azimuth = atan2(y, x) - atan2(aside, radial)
-        out = radial - along * cos(tilt)
-        return out, azimuth + atan2(planar.lateral, out), z - along * sin(tilt)
+        azimuth = atan2(y, x) - atan2(aside, way * radial)
+        out = way * radial - way * along * cos(tilt)
+        heading = azimuth + atan2(planar.lateral, out)
+        return abs(out), heading, z - along * sin(tilt)
+
+    @staticmethod
+    def _radial(x: float, y: float, aside: float) -> float | None:
+        square = x * x + y * y - aside * aside
+        return None if square < 0 else sqrt(square)
 
 
 def off_axis(planar: Planar, roll: float) -> tuple[float, float]:

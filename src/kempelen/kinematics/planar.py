@@ -134,7 +134,8 @@ def _of_the_family(arm: Arm, at: Array) -> bool:
     across = axes[1]
     level = abs(across[2]) < _TOLERANCE and abs(at[1, :3, 0] @ across) < _TOLERANCE
     parallel = all(abs(abs(axes[k] @ across) - 1) < _TOLERANCE for k in range(1, min(arm.n, WITH_PITCH)))
-    if not (level and parallel and abs(axes[-1] @ across) < _TOLERANCE):
+    upright = arm.n < WITH_PITCH or abs(axes[-1] @ across) < _TOLERANCE
+    if not (level and parallel and upright):
         return False
     if arm.n == WITH_ROLL and abs(abs(axes[4] @ axes[5]) - 1) > _TOLERANCE:
         return False

@@ -180,7 +180,7 @@ def _events(solver: Closed, points: Array, roll: float, *, flipped: bool = False
     planar = solver.planar
     shift, along = off_axis(planar, roll)
     way = -1 if flipped else 1
-    square = (points[:, :2] ** 2).sum(axis=1) - (planar.lateral + shift) ** 2
+    square = (points[:, :2] ** 2).sum(axis=1) - (planar.lateral + way * shift) ** 2
     target = way * np.sqrt(np.maximum(square, 0.0)) + 1j * points[:, 2] - complex(*planar.shoulder)
     tool = complex(planar.tool[0] + way * along, planar.tool[1])
     s2, s3, s4, _ = planar.signs
