@@ -16,7 +16,8 @@ from kempelen.app.cameras import TWIN, open_camera, parse_camera
 from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
 from kempelen.app.judge import BoardJudge
-from kempelen.app.reed import open_reed
+from kempelen.app.layouts import board_of, layout_after
+from kempelen.app.reed import open_reed, until_right
 from kempelen.app.table_session import TableSession
 from kempelen.core import events
 from kempelen.core.errors import ConfigError, SensorError, TwinError
@@ -232,7 +233,7 @@ class GameEyes:
                 self._confirmed(event.layout, seen=not isinstance(event, events.GameStarted))
                 self._stands(event.layout)
             case events.MoveProposed() | events.SettingUp():
-                self._coming = _after(self._coming, event.transfers)
+                self._coming = layout_after(self._coming, event.transfers)
                 if not self.reader.looks:
                     self.expect(
                         self._coming
@@ -284,6 +285,12 @@ class GameEyes:
             enough = seen.valid and self.reader.looks >= _FIRST_LOOKS
             if enough or not self.verifier.looks:
                 return
+
+    async def begin_right(self, layout: Layout, given_up: Callable[[], bool]) -> None:
+        """Before a game's first move, with a reed board: returns when the pieces stand as they should."""
+        if self.reed is not None:
+            self._confirmed(layout, seen=False)
+            await until_right(self.verifier, layout, self._advise, given_up)
 
     def switch(self, *, on: bool) -> None:
         """Go on without eyes, or with them again."""
@@ -369,20 +376,5 @@ class GameEyes:
                 self._tell(events.SensorChanged(Sight.NO_CAMERA, str(error)))
 
 
-def _after(layout: Layout, transfers: Sequence[Transfer]) -> Layout:
-    """With all transfers made that are not."""
-    for transfer in transfers:
-        if layout.get(transfer.source) == transfer.piece and transfer.target not in layout:
-            layout = layout.after(transfer)
-    return layout
-
-
 async def _nothing() -> None:
     """Nobody wants to know."""
-
-
-def board_of(layout: Layout) -> chess.BaseBoard:
-    """The squares of a layout."""
-    board = chess.BaseBoard(None)
-    board.set_piece_map(layout.board_part())
-    return board

@@ -346,6 +346,9 @@ class LiveGame:
             StoppedError: it was stopped; the game can be resumed.
         """
         self._started = time.monotonic()
+        state = self.arbiter.state
+        if self.eyes is not None and state.set_up and state.pending is None and not state.board.move_stack:
+            await self.eyes.begin_right(state.layout, lambda: self.arbiter.stopped)
         over = await self.arbiter.run()
         self._ended = True
         await self.measurements.sample()

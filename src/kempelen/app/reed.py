@@ -2,16 +2,23 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterable
+from contextlib import suppress
 
 from kempelen.app.config import Config
 from kempelen.app.table_session import TableSession
+from kempelen.core import events
 from kempelen.core.errors import ConfigError, KempelenError, SensorError
+from kempelen.core.places import Layout
 from kempelen.core.reed import Hello
+from kempelen.game.verify import SensorVerifier
 from kempelen.robots.transport import Transport, list_ports, open_port
 from kempelen.sensing.reed.board import ReedBoard
 from kempelen.sensing.reed.faults import SwitchFault
 from kempelen.sensing.reed.sensor import ReedSensor
 
+_START_LOOK_S = 2.0
+"""A look before the game lasts no longer; in between it is asked whether the game was given up."""
+_OR_BLIND = "The game begins then. (To play without looking, type: eyes off.)"
 Open = Callable[[str], Awaitable[Transport]]
 
 
@@ -67,3 +74,32 @@ async def open_reed(config: Config, session: TableSession, tell: Callable[[Switc
     """The board's sensor, not yet entered; raises as `reed_port`."""
     port = await reed_port(config, session)
     return ReedSensor(port, lambda: open_port(port), tell=tell)
+
+
+async def until_right(
+    verifier: SensorVerifier,
+    layout: Layout,
+    tell: Callable[[events.Event], None],
+    given_up: Callable[[], bool],
+) -> None:
+    """Returns when the pieces stand as they should; until then it is told what stands wrong.
+
+    A camera asks for that when a move is read; but a robot that begins would set out over a wrong board.
+
+    Args:
+        verifier: Looks.
+        layout: What should stand where.
+        tell: Takes advice.
+        given_up: Whether nobody wants the game any more.
+    """
+    told, right = "", False
+    while not right and not given_up():
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_START_LOOK_S):
+                fault = await verifier.confirm((), layout)
+            right = fault is None
+            if fault is not None and fault.text != told:
+                told = fault.text
+                tell(events.BoardDiffers(f"{told} {_OR_BLIND}", fault.piece, fault.place))
+    if told:
+        tell(events.BoardDiffers(""))

@@ -118,6 +118,11 @@ class Arbiter:
 
     # --- the game ---------------------------------------------------------------------------------
 
+    @property
+    def stopped(self) -> bool:
+        """Whether the game was cut off."""
+        return self._stopped
+
     async def run(self) -> events.GameOver:
         """Play, or go on with, the game to its end.
 
