@@ -9,7 +9,7 @@ from kempelen.core.errors import EngineError
 from kempelen.core.protocols import Thinking
 from kempelen.engines.bundle import Bundle, find_bundle
 from kempelen.engines.find import EngineProgram, Shelf, Source
-from kempelen.engines.probe import probe
+from kempelen.engines.probe import probe, probe_all
 from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.select import create_engine
 from kempelen.testing.uci_engines import write_engine
@@ -111,6 +111,16 @@ async def test_the_probe_tells_what_is_broken(tmp_path: Path) -> None:
     [absent] = await probe(shelf=Shelf("", None))
     assert (absent.works, absent.name) == (False, "engine")
     assert "apt install stockfish" in absent.hint
+
+
+async def test_all_engines_here_are_tried(tmp_path: Path) -> None:
+    xboard = write_engine(tmp_path, "--protocol", "xboard", name="fairymax")
+    write_engine(tmp_path, "--protocol", "none", name="gnuchess")
+    missing, fairymax, gnuchess = await probe_all(shelf=Shelf(str(tmp_path), None))
+    assert not missing.works
+    assert (fairymax.works, fairymax.tongue, fairymax.path) == (True, "xboard", str(xboard))
+    assert fairymax.source == "on PATH"
+    assert "neither UCI nor xboard" in gnuchess.fault
 
 
 def test_the_bundle_needs_its_data_directory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -120,7 +120,10 @@ class Cast:
         options: dict[str, OptionValue] = {
             name: value for name, value in chosen.options.items() if not isinstance(value, float)
         }
-        return Habits(seconds, chosen.threads, chosen.hash_mb, options, seed)
+        return Habits(
+            seconds, chosen.threads, chosen.hash_mb, options, seed,
+            ponder=chosen.ponder, depth=chosen.depth or None, voters=chosen.voters, book=chosen.book,
+        )  # fmt: skip
 
     async def pairing(self, request: GameRequest) -> Pairing:
         """The players of a mode.

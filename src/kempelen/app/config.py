@@ -76,12 +76,17 @@ class EngineConfig(Section):
     """The program that thinks.
 
     Attributes:
-        path: A path, a name on PATH, "maia-1500", or empty for the best at hand.
-        level: "1" to "20", an Elo such as "1500", "maia-1500", or "full".
+        path: A path, a name on PATH, "maia-1500", "cluster", or empty for the best at hand. It may speak UCI
+            or xboard.
+        level: "1" to "20", an Elo such as "1500", "maia-1500", "adaptive", or "full".
         move_time: Time for each move, s.
         threads: Of its search.
         hash_mb: Memory for its table of positions, MB.
-        options: Further options of the engine, by their UCI names.
+        depth: Half-moves that it looks ahead at most; 0 for as far as the time allows.
+        book: An opening book: "people" for the one that comes along, or a PolyGlot file; empty for none.
+        ponder: Whether it thinks on while the other side does.
+        voters: How many searches a cluster makes of one position.
+        options: Further options of the engine, by their own names.
     """
 
     path: Annotated[str, Field(max_length=1000)] = ""
@@ -89,6 +94,10 @@ class EngineConfig(Section):
     move_time: Annotated[float, Field(ge=0.01, le=3600)] = 1.0
     threads: Annotated[int, Field(ge=1, le=512)] = 1
     hash_mb: Annotated[int, Field(ge=1, le=65536)] = 64
+    depth: Annotated[int, Field(ge=0, le=200)] = 0
+    book: Annotated[str, Field(max_length=1000)] = ""
+    ponder: bool = False
+    voters: Annotated[int, Field(ge=1, le=64)] = 4
     options: dict[str, Scalar] = Field(default_factory=dict)
 
 

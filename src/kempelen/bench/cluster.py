@@ -2,8 +2,8 @@
 
 Four voters of N nodes against one search of N nodes, the same program on both sides, from seeded openings
 that a longer search thinks balanced, each played with both colours. The yardstick is one search of 4 N nodes
-against the same opponent, from the same openings: what the same effort is worth where it need not be shared
-out.
+against the same opponent, from the first half of these openings: what the same effort is worth where it need
+not be shared out.
 
 A game ends by the rules; or when both sides have agreed for two moves that one is 5 pawns up; or as a draw
 after 120 moves. The share of a voter's nodes that goes into warming counts as its own.
@@ -25,9 +25,10 @@ from kempelen.engines.program import Habits
 from kempelen.engines.voter import Voter
 from kempelen.engines.voting import Effort, Vote, score_of
 
-NODES = 3000
+NODES = 2000
 _VOTERS = 4
-_GAMES = 160
+_GAMES = 150
+_YARDSTICK = 0.5  # of that many games: it is only looked at beside them
 _HASH = {"Hash": 16, "Threads": 1}
 _PLIES = 8  # of an opening, played at random
 _BALANCED, _JUDGED_NODES = 60.0, 20_000  # centipawns, by a search of so many nodes
@@ -78,7 +79,7 @@ def run(
         seed: Of the openings.
         pgn: Not used.
         data: Not used.
-        games: Of each match; rounded up to an even number.
+        games: Of the vote; rounded up to an even number. The yardstick has half as many.
         progress: Told how far it is.
 
     Raises:
@@ -88,7 +89,7 @@ def run(
     del pgn, data
     wanted = _GAMES if games is None else int(games)
     if wanted < 4:  # noqa: PLR2004 - two pairs
-        raise ConfigError(f"{wanted} games say nothing.", hint="Play at least 4: --games 160")
+        raise ConfigError(f"{wanted} games say nothing.", hint="Play at least 4: --games 150")
     return asyncio.run(_play(seed, wanted + wanted % 2, progress))
 
 
@@ -105,17 +106,20 @@ async def _play(seed: int, games: int, progress: Progress) -> BenchResult:
     ):
         openings = [opening async for opening in _openings(seed, games // 2, judge)]
 
+        fewer = openings[: max(2, round(_YARDSTICK * len(openings)))]
+
         def told() -> None:
             done = len(vote.results) + len(yardstick.results)
             share = sum(vote.results) / max(1, len(vote.results))
             so_far = f"{elo_of(share):+.0f} Elo" if vote.results else "…"
             progress(
-                f"game {len(vote.results)}, {so_far}; yardstick {len(yardstick.results)}", done / (2 * games)
+                f"game {len(vote.results)}, {so_far}; yardstick {len(yardstick.results)}",
+                done / (games + 2 * len(fewer)),
             )
 
         await asyncio.gather(
             _match(vote, openings, _by_vote(cluster), _alone(opponent, NODES), told),
-            _match(yardstick, openings, _alone(long, _VOTERS * NODES), _alone(other, NODES), told),
+            _match(yardstick, fewer, _alone(long, _VOTERS * NODES), _alone(other, NODES), told),
         )
     elo, low, high = elo_interval(vote.pairs)
     figures = {

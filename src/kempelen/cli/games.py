@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from kempelen.cli.options import (
+    BookOption,
     CameraOption,
     ConfigOption,
     DataDirOption,
@@ -19,6 +20,7 @@ from kempelen.cli.options import (
     OtherMoveTimeOption,
     PlainOption,
     PlannerOption,
+    PonderOption,
     PortOption,
     ReportOption,
     RobotOption,
@@ -64,6 +66,8 @@ def play(
     engine: EngineOption = None,
     level: LevelOption = None,
     move_time: MoveTimeOption = None,
+    book: BookOption = None,
+    ponder: PonderOption = None,
     robot: RobotOption = None,
     port: PortOption = None,
     planner: PlannerOption = None,
@@ -84,6 +88,8 @@ def play(
         kempelen play                            White, on the twin
         kempelen play --level 3 --side black     against a beginner
         kempelen play --level maia-1500          against somebody human
+        kempelen play --level adaptive           as strong as you are
+        kempelen play --engine fairymax --book people
         kempelen play --port /dev/ttyUSB0        on a real machine
         kempelen play --hands person             carry your pieces yourself
     """
@@ -93,6 +99,7 @@ def play(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
         robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
         twin__control=twin_control, camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
+        engine__book=book, engine__ponder=ponder,
         play__side=side and side.value, play__hands=hands and hands.value,
     )  # fmt: skip
     start.play(settings, fen, Showing(report, plain=plain))
@@ -113,6 +120,8 @@ def watch(
     engine: EngineOption = None,
     level: LevelOption = None,
     move_time: MoveTimeOption = None,
+    book: BookOption = None,
+    ponder: PonderOption = None,
     robot: RobotOption = None,
     port: PortOption = None,
     planner: PlannerOption = None,
@@ -139,6 +148,7 @@ def watch(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
         robot__port=port, planner__name=planner, twin__speed=speed, twin__seed=seed,
         twin__control=twin_control, camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
+        engine__book=book, engine__ponder=ponder,
     )  # fmt: skip
     start.watch(settings, fen, opponent, opponent_level, Showing(report, plain=plain))
 

@@ -14,6 +14,7 @@ from kempelen.cli import games, records
 from kempelen.cli.bench import bench
 from kempelen.cli.calibrate import calibrate_board
 from kempelen.cli.doctor import config, doctor
+from kempelen.cli.engines import engines
 from kempelen.cli.jog import jog
 from kempelen.cli.record import record
 from kempelen.cli.remote import remote
@@ -73,6 +74,7 @@ app.command(rich_help_panel=_MACHINE)(record)
 app.command(rich_help_panel=_MACHINE)(twin)
 app.command(rich_help_panel=_HOUSE)(doctor)
 app.command(rich_help_panel=_HOUSE)(config)
+app.command(rich_help_panel=_HOUSE)(engines)
 app.command(rich_help_panel=_HOUSE)(bench)
 
 

@@ -116,8 +116,8 @@ SensorOption = Annotated[
         rich_help_panel=_ROBOT,
     ),
 ]
-_ENGINE_HELP = "Path or name of a UCI engine."
-_LEVEL_HELP = "1 (beginner) to 20, an Elo, maia-1500, or full."
+_ENGINE_HELP = "Path or name of an engine (UCI or xboard), or cluster."
+_LEVEL_HELP = "1 (beginner) to 20, an Elo, maia-1500, adaptive, or full."
 _MOVE_TIME_HELP = "Seconds for each engine move."
 _AS_BEFORE = "as before"
 
@@ -131,6 +131,20 @@ LevelOption = Annotated[
 MoveTimeOption = Annotated[
     float | None,
     typer.Option("--move-time", help=_MOVE_TIME_HELP, show_default="1.0", rich_help_panel=_GAME),
+]
+BookOption = Annotated[
+    str | None,
+    typer.Option(
+        "--book",
+        help="Opening book: people, or a PolyGlot file.",
+        metavar="people|PATH",
+        show_default="none",
+        rich_help_panel=_GAME,
+    ),
+]
+PonderOption = Annotated[
+    bool | None,
+    typer.Option("--ponder", help="The engine thinks in your time, too.", rich_help_panel=_GAME),
 ]
 OtherEngineOption = Annotated[
     str | None,

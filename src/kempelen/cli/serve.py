@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from kempelen.cli.options import (
+    BookOption,
     CameraOption,
     ConfigOption,
     DataDirOption,
@@ -12,6 +13,7 @@ from kempelen.cli.options import (
     LevelOption,
     MoveTimeOption,
     PlannerOption,
+    PonderOption,
     RobotOption,
     SeedOption,
     SensorOption,
@@ -89,6 +91,8 @@ def serve(
     engine: EngineOption = None,
     level: LevelOption = None,
     move_time: MoveTimeOption = None,
+    book: BookOption = None,
+    ponder: PonderOption = None,
     robot: RobotOption = None,
     robot_port: RobotPortOption = None,
     planner: PlannerOption = None,
@@ -113,6 +117,7 @@ def serve(
         config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
         robot__port=robot_port, planner__name=planner, twin__speed=speed, twin__seed=seed,
         camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
+        engine__book=book, engine__ponder=ponder,
     )  # fmt: skip
     serve_run.run(
         settings, host=host, port=port, tls=tls, names=name or (), browser=not no_browser,

@@ -21,6 +21,8 @@ _OPTIONS: Mapping[str, str] = {
     "engine.path": "--engine",
     "engine.level": "--level",
     "engine.move_time": "--move-time",
+    "engine.book": "--book",
+    "engine.ponder": "--ponder",
     "robot.kind": "--robot",
     "robot.port": "--port",
     "planner.name": "--planner",

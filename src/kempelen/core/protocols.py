@@ -274,6 +274,7 @@ class Thinking:
         centipawns: From the side to move; None when a mate is seen.
         mate: Moves to mate, negative when being mated.
         line: Principal variation.
+        adapted: Elo at which an engine that adapts to the other side has chosen; None for all others.
     """
 
     depth: int = 0
@@ -281,14 +282,23 @@ class Thinking:
     mate: int | None = None
     line: tuple[chess.Move, ...] = ()
     nodes: int = 0
+    adapted: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class EngineChoice:
-    """A move and the last thought behind it."""
+    """A move and the last thought behind it.
+
+    Attributes:
+        move: Legal; the null move when the engine gives up.
+        resigns: The engine has said that it gives the game up.
+        offers_draw: It has offered a draw with its move.
+    """
 
     move: chess.Move
     thinking: Thinking = field(default_factory=Thinking)
+    resigns: bool = False
+    offers_draw: bool = False
 
 
 OnThinking = Callable[[Thinking], None]

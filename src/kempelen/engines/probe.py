@@ -1,12 +1,12 @@
 """What engines are at hand and whether they work, for ``kempelen doctor``."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import chess
 
 from kempelen.core.errors import KempelenError
-from kempelen.engines.find import EngineProgram, Shelf
+from kempelen.engines.find import EngineProgram, Shelf, Source
 from kempelen.engines.program import Habits, ProgramEngine
 from kempelen.engines.strength import FULL, Level, Means
 
@@ -23,6 +23,7 @@ class EngineReport:
         source: Where it was found, in words.
         options: The options it offers, by name: type and range in words.
         works: It has named a move.
+        tongue: The protocol that it speaks.
         fault: Why it does not work.
         hint: What to do about it.
     """
@@ -32,6 +33,7 @@ class EngineReport:
     source: str = ""
     options: Mapping[str, str] = field(default_factory=dict)
     works: bool = False
+    tongue: str = ""
     fault: str = ""
     hint: str = ""
 
@@ -48,11 +50,24 @@ async def probe(named: str = "", *, shelf: Shelf | None = None) -> tuple[EngineR
     return tuple(reports)
 
 
+async def probe_all(*, shelf: Shelf | None = None) -> tuple[EngineReport, ...]:
+    """Try every engine that is found here: the best at hand, a Maia network, and others known by name."""
+    shelf = shelf or Shelf.here()
+    reports = list(await probe(shelf=shelf))
+    tried = {report.path for report in reports}
+    for name in shelf.others():
+        program = replace(shelf.find(name), source=Source.PATH)
+        if program.command[0] not in tried:
+            reports.append(await _try(program, FULL))
+    return tuple(reports)
+
+
 async def _try(program: EngineProgram, level: Level) -> EngineReport:
     path, source = program.command[0], str(program.source)
     try:
         async with ProgramEngine(program, level, Habits(seconds=_TRIAL_SECONDS)) as engine:
             await engine.choose(chess.Board())
-            return EngineReport(engine.name, path, source, engine.options, works=True)
+            tongue = engine.tongue or ""
+            return EngineReport(engine.name, path, source, engine.options, works=True, tongue=tongue)
     except KempelenError as error:
         return EngineReport(program.name, path, source, fault=error.message, hint=error.hint)

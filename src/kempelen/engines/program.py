@@ -12,6 +12,7 @@ import chess.engine
 
 from kempelen.core.errors import ConfigError, EngineError
 from kempelen.core.protocols import EngineChoice, OnThinking, Thinking
+from kempelen.engines.adaptive import Balance
 from kempelen.engines.find import EngineProgram
 from kempelen.engines.strength import FULL, Level, Means, SearchPlan, plan_for
 from kempelen.engines.tongues import Tongue, start_process
@@ -33,6 +34,7 @@ class Habits:
         seed: Of the choice among sampled moves: with the same one the same game comes again. None: by chance.
         patience: How long it may be silent, and how often it is started again.
         ponder: It thinks on in the opponent's time.
+        book: ``people`` or the path of an opening book; empty for none.
         depth: Half-moves that it looks ahead at most; None: as far as the time allows.
         voters: How many searches a cluster makes of one position.
     """
@@ -46,6 +48,7 @@ class Habits:
     ponder: bool = False
     depth: int | None = None
     voters: int = 4
+    book: str = ""
 
     def __post_init__(self) -> None:
         check_seconds(self.seconds)
@@ -99,6 +102,7 @@ class ProgramEngine:
         self._habits = habits or Habits()
         self._seed = secrets.randbits(32) if self._habits.seed is None else self._habits.seed
         self._plan = SearchPlan()
+        self._balance = Balance()
         self._process: EngineProcess | None = None
         self._game: object = object()
 
@@ -155,7 +159,10 @@ class ProgramEngine:
         if findings.resigns:
             return EngineChoice(chess.Move.null(), findings.lines.get(1, Thinking()), resigns=True)
         dice = random.Random(f"{self._seed} {board.ply()} {board.fen()}")  # noqa: S311 - chance in play, no secret
-        return replace(self._plan.choose(findings, dice), offers_draw=findings.offers_draw)
+        choice = replace(self._plan.choose(findings, dice), offers_draw=findings.offers_draw)
+        if on_thinking and choice.thinking.adapted is not None:
+            on_thinking(choice.thinking)  # it is told openly at what strength this move was chosen
+        return choice
 
     async def _search(self, board: chess.Board, seconds: float, on_thinking: OnThinking | None) -> Findings:
         faults: list[EngineError] = []
@@ -198,7 +205,7 @@ class ProgramEngine:
         except EngineError as fault:
             raise self._in_context(fault) from fault
         try:
-            self._plan = plan_for(self._level, process.options)
+            self._plan = plan_for(self._level, process.options, self._balance)
             await process.configure(self._settings(process), lines=self._plan.lines)
         except EngineError as fault:
             await process.close(politely=False)

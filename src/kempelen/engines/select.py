@@ -6,6 +6,7 @@ import chess
 
 from kempelen.core.errors import ConfigError
 from kempelen.core.protocols import Engine
+from kempelen.engines.book import BookEngine, open_book
 from kempelen.engines.cluster import ClusterEngine, parse_cluster
 from kempelen.engines.find import Shelf
 from kempelen.engines.program import Habits, ProgramEngine
@@ -37,8 +38,20 @@ def create_engine(
         EngineError: There is no such engine.
         ConfigError: The level is unknown, or engine and level contradict each other.
     """
-    shelf = shelf or Shelf.here()
     wanted = _wanted(engine, level)
+    thinker = _thinker(engine, wanted, habits, shelf or Shelf.here(), time_left)
+    if habits and habits.book:
+        return BookEngine(thinker, open_book(habits.book, wanted.elo), habits.seed)
+    return thinker
+
+
+def _thinker(
+    engine: str,
+    wanted: Level,
+    habits: Habits | None,
+    shelf: Shelf,
+    time_left: Callable[[chess.Color], float | None],
+) -> Engine:
     if (address := parse_cluster(engine)) is not None:
         if wanted.means is not Means.FULL:
             raise ConfigError("A cluster plays at full strength alone.", hint="Leave out --level.")

@@ -18,6 +18,7 @@ import chess.engine
 
 from kempelen.core.errors import ConfigError, EngineError
 from kempelen.core.protocols import EngineChoice, Thinking
+from kempelen.engines.adaptive import MOST, Balance, adapted
 from kempelen.engines.wire import Findings, OptionValue
 
 FULL_SCALE = 20
@@ -42,6 +43,7 @@ class Means(Enum):
     SCALE = auto()
     ELO = auto()
     MAIA = auto()
+    ADAPTIVE = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,13 +74,15 @@ class Level:
                 return f"Elo {self.number}"
             case Means.MAIA:
                 return f"like people of Elo {self.number}"
+            case Means.ADAPTIVE:
+                return "adapts to the other side"
 
 
 FULL = Level(Means.FULL)
 
 
 def parse_level(text: str) -> Level:
-    """Read a level: ``1``..``20``, an Elo like ``1500``, ``maia-1500`` or ``full``.
+    """Read a level: ``1``..``20``, an Elo like ``1500``, ``maia-1500``, ``adaptive`` or ``full``.
 
     Raises:
         ConfigError: It is none of these or out of range.
@@ -86,6 +90,8 @@ def parse_level(text: str) -> Level:
     plain = text.strip().lower()
     if plain in {"full", "max", str(FULL_SCALE)}:
         return FULL
+    if plain == "adaptive":
+        return Level(Means.ADAPTIVE)
     match = _LEVEL.fullmatch(plain)
     number = int(match["number"]) if match else 0
     if match and match["maia"]:
@@ -96,7 +102,8 @@ def parse_level(text: str) -> Level:
         return Level(Means.ELO, number)
     raise ConfigError(
         f"The level '{text[:40]}' is unknown.",
-        hint=f"Give 1 (beginner) to {FULL_SCALE}, an Elo {_ELO_LEAST} to {_ELO_MOST}, maia-1500, or full.",
+        hint=f"Give 1 (beginner) to {FULL_SCALE}, an Elo {_ELO_LEAST} to {_ELO_MOST}, maia-1500, or full; "
+        "or adaptive.",
     )
 
 
@@ -131,8 +138,15 @@ class SearchPlan:
         return chess.engine.Limit(time=seconds, depth=self.depth, nodes=self.nodes)
 
 
-def plan_for(level: Level, offered: Mapping[str, chess.engine.Option]) -> SearchPlan:
+def plan_for(
+    level: Level, offered: Mapping[str, chess.engine.Option], balance: Balance | None = None
+) -> SearchPlan:
     """How an engine with these options plays a level.
+
+    Args:
+        level: The wanted strength.
+        offered: The engine's options.
+        balance: Of the adaptive level: what it has learned of the other side.
 
     Raises:
         EngineError: It cannot; the range that it can play is named.
@@ -141,6 +155,8 @@ def plan_for(level: Level, offered: Mapping[str, chess.engine.Option]) -> Search
         return SearchPlan()
     if level.means is Means.MAIA:
         return _policy_plan(offered)
+    if level.means is Means.ADAPTIVE:
+        return _adaptive_plan(offered, balance or Balance())
     bounds = _elo_bounds(offered)
     if bounds and bounds[0] <= level.elo <= bounds[1]:
         return SearchPlan({"UCI_LimitStrength": True, "UCI_Elo": level.elo})
@@ -177,6 +193,22 @@ def _sampled_plan(elo: int, multipv: chess.engine.Option) -> SearchPlan:
         return _sample_lines(findings, dice, temperature(elo))
 
     return SearchPlan(lines=min(_LINES, multipv.max or 1), depth=_depth(elo), choose=choose)
+
+
+def _adaptive_plan(offered: Mapping[str, chess.engine.Option], balance: Balance) -> SearchPlan:
+    if "MultiPV" not in offered:
+        raise EngineError(
+            "This engine cannot adapt: it does not offer MultiPV, by which its moves are compared.",
+            hint="Use another engine, or a level of 1 to 20.",
+        )
+
+    def choose(findings: Findings, dice: random.Random) -> EngineChoice:
+        lines = [thinking for thinking in findings.lines.values() if thinking.line]
+        elo = balance.weigh(max(map(_score, lines), default=0))
+        sampled = best(findings) if elo >= MOST else _sample_lines(findings, dice, temperature(elo))
+        return adapted(sampled, elo)
+
+    return SearchPlan(lines=min(_LINES, offered["MultiPV"].max or 1), depth=_depth(MOST), choose=choose)
 
 
 def temperature(elo: float) -> float:

@@ -6,19 +6,14 @@ skips values, never piles them up (`kempelen.server.hub`).
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from kempelen.server.model import Model
+from kempelen.server.said import Said
 
 Colour = Literal["white", "black"]
 Point = tuple[float, float, float]
 Square = Annotated[str, Field(pattern="^[a-h][1-8]$")]
-
-
-class Model(BaseModel):
-    """Frozen, and unknown keys are errors. What is sent always has all keys."""
-
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, json_schema_serialization_defaults_required=True
-    )
 
 
 class Fault(Model):
@@ -26,12 +21,16 @@ class Fault(Model):
 
     Attributes:
         title: A few plain words.
+        title_said: The same for other languages.
         text: What, where, and what to do.
+        text_said: The same for other languages.
         remedy: Command that mends it; None where only a person can.
     """
 
     title: str
+    title_said: tuple[Said, ...] = ()
     text: str
+    text_said: tuple[Said, ...] = ()
     remedy: Literal["connect", "home", "recover", "resume", "resume_game", "leave_game"] | None = None
 
 
@@ -42,6 +41,7 @@ class StationView(Model):
         phase: ``off``: no robot is connected; ``connecting``; ``ready``: connected, no game; ``starting`` a
             game; ``playing``; ``leaving`` it.
         busy: What takes a while at the moment, in plain words; empty for nothing.
+        busy_said: The same for other languages.
         robot_kind: Name of the driver.
         port: The wire: "twin", a device, a socket.
         on_twin: Whether the machine is the simulated one.
@@ -53,6 +53,7 @@ class StationView(Model):
 
     phase: Literal["off", "connecting", "ready", "starting", "playing", "leaving"] = "off"
     busy: str = ""
+    busy_said: tuple[Said, ...] = ()
     robot_kind: str = "gantry"
     port: str = "twin"
     on_twin: bool = True
@@ -166,6 +167,7 @@ class ThinkingView(Model):
 
     Attributes:
         line: In SAN.
+        adapted: Elo at which an engine that adapts to the other side has chosen; null for all others.
     """
 
     colour: Colour
@@ -174,6 +176,7 @@ class ThinkingView(Model):
     mate: int | None
     line: tuple[str, ...]
     nodes: int
+    adapted: int | None = None
 
 
 class ActivityView(Model):
@@ -213,6 +216,7 @@ class PromptView(Model):
         kind: ``do``: put something right and confirm; ``yes_no``; ``which_move``: choose a candidate;
             ``advice``: nothing to answer, it goes by itself; ``draw``: an offer to answer.
         text: In plain words.
+        text_said: The same for other languages.
         square: To light up.
         piece: FEN letter.
         candidates: Of ``which_move``.
@@ -221,6 +225,7 @@ class PromptView(Model):
     id: str
     kind: Literal["do", "yes_no", "which_move", "advice", "draw"]
     text: str
+    text_said: tuple[Said, ...] = ()
     square: str | None = None
     piece: str | None = None
     candidates: tuple[Candidate, ...] = ()

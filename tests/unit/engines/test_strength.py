@@ -42,6 +42,7 @@ E4, D4, A3 = (chess.Move.from_uci(name) for name in ("e2e4", "d2d4", "a2a3"))
         ("1500", Level(Means.ELO, 1500)),
         ("elo 1500", Level(Means.ELO, 1500)),
         ("maia-1500", Level(Means.MAIA, 1500)),
+        ("adaptive", Level(Means.ADAPTIVE)),
         ("Maia1100", Level(Means.MAIA, 1100)),
     ],
 )
