@@ -9,6 +9,7 @@ from kempelen.app.judge import absent
 from kempelen.core import events
 from kempelen.core.geometry import Array
 from kempelen.core.senses import BoardSensor, Observation
+from kempelen.core.words import say
 from kempelen.game.players import Propose, TakenBack
 from kempelen.sensing.moves import verdicts
 from kempelen.sensing.moves.parameters import MoveParameters
@@ -157,7 +158,9 @@ def _other_move(board: chess.Board, plies: int, moves: verdicts.Line) -> str:
     before = board.copy()
     for _ in range(plies):
         before.pop()
-    return (
-        f"It looks as if {before.san(moves[0])} had been played instead of an earlier move. Put that back; "
+    san = before.san(moves[0])
+    text = (
+        f"It looks as if {san} had been played instead of an earlier move. Put that back; "
         f"moves that are to be undone, type: takeback {plies}."
     )
+    return say("other_move", text, move=san, plies=plies)

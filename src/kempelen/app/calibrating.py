@@ -17,6 +17,7 @@ from kempelen.core.calibration import CORNERS, Calibration, calibrate
 from kempelen.core.errors import CalibrationError, GameError, KempelenError, NotHomedError
 from kempelen.core.places import Layout
 from kempelen.core.protocols import GripperState, SetGripper
+from kempelen.core.words import say
 
 V = TypeVar("V")
 
@@ -77,10 +78,16 @@ class CalibrationDesk:
             KempelenError: the move in hand could not be finished.
         """
         if self.state.active:
-            raise GameError("A calibration is being made already.", hint="Apply or cancel it.")
+            raise GameError(
+                say("calibrating_already", "A calibration is being made already."),
+                hint=say("end_calibration", "Apply or cancel it."),
+            )
         session, game = self._around.require_session(), self._around.playing
         if not session.robot.state.homed:
-            raise NotHomedError("The robot does not know where it is.", hint="Home it first.")
+            raise NotHomedError(
+                say("not_homed", "The robot does not know where it is."),
+                hint=say("home_first", "Home it first."),
+            )
         self._resumes = game is not None and not game.arbiter.paused
         try:
             if game is not None:
@@ -111,7 +118,8 @@ class CalibrationDesk:
         self._require()
         if corner not in CORNERS:
             raise CalibrationError(
-                f"'{corner}' is no corner of the board.", hint=f"Corners are {', '.join(CORNERS)}."
+                say("no_corner", f"'{corner}' is no corner of the board.", corner=corner),
+                hint=f"Corners are {', '.join(CORNERS)}.",
             )
         session = self._around.require_session()
         self._touched[corner] = fingertips(session.robot, self._around.config.gripper)
@@ -128,7 +136,10 @@ class CalibrationDesk:
         self._require()
         eyes, session = self._around.eyes, self._around.require_session()
         if eyes is None:
-            raise GameError("There is no camera.", hint="Touch the corners instead.")
+            raise GameError(
+                say("no_camera", "There is no camera."),
+                hint=say("touch_instead", "Touch the corners instead."),
+            )
         await self._aside(session)
         found = await board_by_camera(self._around.config, eyes, session.table)
         self._touched, self._square = dict(found.corners), found.square
@@ -172,7 +183,9 @@ class CalibrationDesk:
 
     def _require(self) -> None:
         if not self.state.active:
-            raise GameError("No calibration is being made.", hint="Begin one.")
+            raise GameError(
+                say("not_calibrating", "No calibration is being made."), hint=say("begin_one", "Begin one.")
+            )
 
     async def _end(self, session: TableSession) -> None:
         self._weigh(active=False)

@@ -24,6 +24,7 @@ from kempelen.core.errors import ConfigError, SensorError, TwinError
 from kempelen.core.geometry import Array
 from kempelen.core.places import Layout, Transfer
 from kempelen.core.senses import BoardSensor, Observation, Sight
+from kempelen.core.words import say
 from kempelen.frames.condition import CameraState, CameraStatus
 from kempelen.game.verify import SensorVerifier
 from kempelen.sensing.fused import FusedSensor
@@ -362,7 +363,8 @@ class GameEyes:
         away = float(np.linalg.norm(corners - self._place, axis=1).max()) / side
         self._displaced = self._displaced + 1 if away > _BUMP else 0
         if self._displaced == _BUMP_LOOKS:
-            self._tell(events.BoardDiffers(_BUMPED.format(mm=away * self._square)))
+            mm = away * self._square
+            self._tell(events.BoardDiffers(say("bumped", _BUMPED.format(mm=mm), mm=round(mm))))
             await self.bumped()
 
     async def _revive(self) -> None:

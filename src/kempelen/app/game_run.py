@@ -7,6 +7,7 @@ from collections.abc import Callable
 from kempelen.app.live_game import LiveGame
 from kempelen.app.report import GameReport
 from kempelen.core.errors import GameError, KempelenError, StoppedError
+from kempelen.core.words import say
 
 _log = logging.getLogger(__name__)
 
@@ -44,13 +45,19 @@ class GameRun:
             self.error = error
         except Exception as error:  # noqa: BLE001 - the game has ended; station and page go on
             _log.exception("The game was ended by a fault of the program")
-            self.error = GameError(f"A fault of the program ended the game: {error!r}.", hint="Resume it.")
+            self.error = GameError(
+                say("program_fault", f"A fault of the program ended the game: {error!r}."),
+                hint=say("resume_it", "Resume it."),
+            )
         finally:
             asyncio.get_running_loop().call_soon(self._ended)  # when the task is done
 
     async def _played(self) -> GameReport:
         if self._stopped:
-            raise StoppedError("The game was stopped before it began.", hint="Resume it.")
+            raise StoppedError(
+                say("stopped_before", "The game was stopped before it began."),
+                hint=say("resume_it", "Resume it."),
+            )
         return await self.live.play()
 
     async def stop(self) -> None:

@@ -3,6 +3,7 @@
 from kempelen.core.errors import BusyError, NotHomedError
 from kempelen.core.protocols import Robot, RobotPhase
 from kempelen.core.table import Gripper
+from kempelen.core.words import say
 
 Point = tuple[float, float, float]
 
@@ -27,7 +28,10 @@ class JogDesk:
             RobotError: as `Robot.jog`.
         """
         if robot.state.phase is RobotPhase.JOGGING and self._owner != owner:
-            raise BusyError("Somebody else is jogging.", hint="Wait until the robot is at rest.")
+            raise BusyError(
+                say("somebody_jogs", "Somebody else is jogging."),
+                hint=say("wait_at_rest", "Wait until the robot is at rest."),
+            )
         self._owner, self._robot, self.strayed = owner, robot, True
         await robot.jog(direction, speed)
 
@@ -51,8 +55,13 @@ def fingertips(robot: Robot, gripper: Gripper) -> Point:
     """
     state = robot.state
     if state.reported_position is None:
-        raise NotHomedError("The robot does not know where it is.", hint="Home it first.")
+        raise NotHomedError(
+            say("not_homed", "The robot does not know where it is."), hint=say("home_first", "Home it first.")
+        )
     if state.phase is not RobotPhase.IDLE:
-        raise BusyError(f"The robot is not at rest: {state.phase}.", hint="Let go of the keys and try again.")
+        raise BusyError(
+            say("not_at_rest", f"The robot is not at rest: {state.phase}."),
+            hint=say("let_go", "Let go of the keys and try again."),
+        )
     x, y, z = state.reported_position
     return x, y, z - gripper.below_tool

@@ -8,6 +8,7 @@ from kempelen.core.geometry import Array
 from kempelen.core.pieces import PieceSet
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.senses import EMPTY, Observation
+from kempelen.core.words import joined, say
 from kempelen.game.verify import Fault
 from kempelen.sensing.moves.check import Agrees, CannotTell, CheckParameters, Disagrees, PositionCheck
 from kempelen.sensing.moves.hypotheses import colour_state
@@ -74,7 +75,10 @@ class BoardJudge:
         self._faults, self._doubts = 0, self._doubts + 1
         if self._doubts < DOUBT_FRAMES or time - self._since < DOUBT_S:
             return False
-        return Fault(f"{verdict.reason} Look at it, and put it right if need be.", doubtful=True)
+        return Fault(
+            joined(verdict.reason, say("look_at_it", "Look at it, and put it right if need be.")),
+            doubtful=True,
+        )
 
 
 def absent(found: Iterable[Difference]) -> tuple[chess.Piece, Place] | tuple[None, None]:

@@ -28,6 +28,7 @@ from kempelen.core.events import Event, GameOver
 from kempelen.core.places import Layout
 from kempelen.core.protocols import RobotPhase, RobotState
 from kempelen.core.table import Table, start_layout
+from kempelen.core.words import say
 from kempelen.game.arbiter import Arbiter
 from kempelen.game.board_person import BoardPerson
 from kempelen.game.fen import parse_fen
@@ -270,12 +271,22 @@ class LiveGame:
         )
         if score.start_fen != state.begun.start_fen:
             raise GameError(
-                "The score begins from another position.", hint="Begin a new game: kempelen replay"
+                say("other_score", "The score begins from another position."),
+                hint=say("new_replay", "Begin a new game: kempelen replay"),
             )
         if same < len(played):
             raise GameError(
-                f"The game has left the score after {same} half-moves; {len(played)} have been played.",
-                hint=f"Take back to where they part: takeback {len(played) - same}",
+                say(
+                    "left_score",
+                    f"The game has left the score after {same} half-moves; {len(played)} have been played.",
+                    same=same,
+                    played=len(played),
+                ),
+                hint=say(
+                    "take_back_to_score",
+                    f"Take back to where they part: takeback {len(played) - same}",
+                    plies=len(played) - same,
+                ),
             )
 
     async def set_speed(self, text: str) -> None:
@@ -286,7 +297,10 @@ class LiveGame:
         """
         speed = parse_speed(text)
         if self.session.control is None:
-            raise ConfigError("Only a twin has a speed to set.", hint="A machine's is in its settings.")
+            raise ConfigError(
+                say("no_speed", "Only a twin has a speed to set."),
+                hint=say("speed_in_settings", "A machine's is in its settings."),
+            )
         await self.session.control.ask("speed", speed=speed)
         self._pace = speed
 
@@ -299,7 +313,10 @@ class LiveGame:
             GameError: it has none.
         """
         if self.eyes is None:
-            raise GameError("This game has no camera.", hint="Resume it with one: --camera uvc:0")
+            raise GameError(
+                say("no_camera", "This game has no camera."),
+                hint=say("resume_with_camera", "Resume it with one: --camera uvc:0"),
+            )
         return self.eyes
 
     async def board_was_bumped(self) -> str:
@@ -346,6 +363,8 @@ class LiveGame:
             StoppedError: it was stopped; the game can be resumed.
         """
         self._started = time.monotonic()
+        if not self.arbiter.state.set_up:
+            await self.measurements.sample()  # what the robot sets up is its work, too
         state = self.arbiter.state
         if self.eyes is not None and state.set_up and state.pending is None and not state.board.move_stack:
             await self.eyes.begin_right(state.layout, lambda: self.arbiter.stopped)
@@ -366,8 +385,6 @@ class LiveGame:
             self._twin_state.with_suffix(".lock").unlink(missing_ok=True)
 
 
-        if not self.arbiter.state.set_up:
-            await self.measurements.sample()  # what the robot sets up is its work, too
 def should_stand(state: GameState) -> Layout:
     """What a person at the table sees to: the journal's layout, and a move by hand as if it were made."""
     layout = state.layout

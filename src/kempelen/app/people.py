@@ -11,6 +11,7 @@ from kempelen.core.pieces import piece_name
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.protocols import Person
 from kempelen.core.table import Table
+from kempelen.core.words import Words, joined, say
 from kempelen.game.records import Helped, Record
 from kempelen.game.transfers import Missing, Request, move_transfers
 from kempelen.twin.client import TwinControl
@@ -54,17 +55,20 @@ class Operator:
 
     async def carry(self, transfers: Sequence[Transfer]) -> None:
         """Wait until the person has made the move."""
-        steps = ", then ".join(f"the {piece_name(t.piece)} from {t.source} to {t.target}" for t in transfers)
-        await self._ask(Question(f"Move {steps}.", piece=transfers[0].piece, place=transfers[0].target))
+        first, *then = transfers
+        text = joined(_step(first), *(joined(say("then", "Then:"), _step(transfer)) for transfer in then))
+        await self._ask(Question(text, piece=first.piece, place=first.target))
 
     async def supply(self, piece: chess.Piece, place: Place, reason: str) -> None:
         """Wait until the piece stands there."""
-        text = f"{reason} Stand a {piece_name(piece)} on {place}."
+        name, where = piece_name(piece), str(place)
+        text = joined(reason, say("stand_on", f"Stand a {name} on {where}.", piece=piece, place=where))
         await self._ask(Question(text, piece=piece, place=place))
 
     async def remove(self, piece: chess.Piece, place: Place, reason: str) -> None:
         """Wait until the place is empty."""
-        text = f"{reason} Take the {piece_name(piece)} off {place}."
+        name, where = piece_name(piece), str(place)
+        text = joined(reason, say("take_off", f"Take the {name} off {where}.", piece=piece, place=where))
         await self._ask(Question(text, piece=piece, place=place))
 
     async def put_right(self, request: str) -> None:
@@ -73,8 +77,16 @@ class Operator:
 
     async def is_holding(self, piece: chess.Piece) -> bool:
         """Ask; a sensorless robot cannot know after a reset."""
-        question = Question(f"Is the {piece_name(piece)} in the gripper?", "yes_no", piece)
+        question = Question(
+            say("holding", f"Is the {piece_name(piece)} in the gripper?", piece=piece), "yes_no", piece
+        )
         return (await self._ask(question)).strip().lower() in YES
+
+
+def _step(transfer: Transfer) -> Words:
+    piece, source, target = transfer.piece, str(transfer.source), str(transfer.target)
+    text = f"Move the {piece_name(piece)} from {source} to {target}."
+    return say("carry", text, piece=piece, source=source, target=target)
 
 
 class VirtualPerson:

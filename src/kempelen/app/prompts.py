@@ -9,6 +9,7 @@ from kempelen.app.people import NO, YES, Question
 from kempelen.app.station_types import Prompt
 from kempelen.core import events
 from kempelen.core.errors import GameError
+from kempelen.core.words import say
 
 _BOARD, _DRAW, _BY_ITSELF = "board", "draw", "by itself"
 _SETTLED_BY = (events.MoveProposed, events.MoveTakenBack, events.ModeSwapped, events.Resumed)
@@ -56,10 +57,16 @@ class Prompts:
         """
         prompt = next((prompt for prompt in self.open if prompt.id == number), None)
         if prompt is None:
-            raise GameError("This question is not open any more.", hint="Look at those that are.")
+            raise GameError(
+                say("prompt_closed", "This question is not open any more."),
+                hint=say("look_at_open", "Look at those that are."),
+            )
         match prompt.kind:
             case "advice":
-                raise GameError("There is nothing to answer: it goes by itself.", hint="Wait for it.")
+                raise GameError(
+                    say("goes_by_itself", "There is nothing to answer: it goes by itself."),
+                    hint=say("wait_for_it", "Wait for it."),
+                )
             case "do":
                 self._settle(number, text)
             case "yes_no":
@@ -76,7 +83,10 @@ class Prompts:
     def _person_game(self) -> LiveGame:
         game = self._game()
         if game is None:
-            raise GameError("There is no game any more.", hint="Begin one, or resume it.")
+            raise GameError(
+                say("game_gone", "There is no game any more."),
+                hint=say("begin_or_resume", "Begin one, or resume it."),
+            )
         return game
 
     def hear(self, event: events.Event) -> None:
@@ -96,7 +106,8 @@ class Prompts:
             case events.BoardDiffers():
                 self._tell(_BOARD, Prompt("", "advice", event.advice, event.place, event.piece))
             case events.DrawOffered() if self._is_to_a_person(event):
-                text = f"{'White' if event.colour else 'Black'} offers a draw. Agree?"
+                colour = "White" if event.colour else "Black"
+                text = say("draw_offered", f"{colour} offers a draw. Agree?")
                 self._tell(_DRAW, Prompt("", "draw", text))
             case events.DrawDeclined():
                 self._drop(_DRAW)
@@ -154,4 +165,7 @@ def _agrees(text: str) -> bool:
         return True
     if word in NO:
         return False
-    raise GameError(f"'{text[:24]}' is neither yes nor no.", hint="Answer yes or no.")
+    raise GameError(
+        say("not_yes_no", f"'{text[:24]}' is neither yes nor no.", text=text[:24]),
+        hint=say("answer_yes_no", "Answer yes or no."),
+    )

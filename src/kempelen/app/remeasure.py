@@ -8,6 +8,7 @@ from kempelen.core.calibration import Calibration
 from kempelen.core.errors import GameError
 from kempelen.core.geometry import Transform
 from kempelen.core.table import Table
+from kempelen.core.words import say
 
 
 async def board_by_camera(config: Config, eyes: GameEyes, before: Table) -> Calibration:
@@ -32,8 +33,11 @@ def _robot_from_camera(config: Config) -> Transform:
     known = load_camera_pose(config.camera_calibration_path)
     if known is None:
         raise GameError(
-            "It is not known where the camera stands over the robot.",
-            hint="Put the board back, leave the game, and calibrate once: kempelen calibrate --camera",
+            say("camera_place_unknown", "It is not known where the camera stands over the robot."),
+            hint=say(
+                "calibrate_camera_once",
+                "Put the board back, leave the game, and calibrate once: kempelen calibrate --camera",
+            ),
         )
     return known.robot_from_camera
 

@@ -28,6 +28,7 @@ from kempelen.app.station_eyes import StationEyes
 from kempelen.app.station_types import CalibrationState, Change, GameOptions, Phase, Prompt
 from kempelen.core import events
 from kempelen.core.errors import GameError, JournalError, KempelenError
+from kempelen.core.words import say
 from kempelen.game.clock import ClockReading
 from kempelen.game.modes import speaker
 
@@ -146,13 +147,17 @@ class Station(StationEyes):
 
     async def _start(self, config: Config, request: GameRequest | int, wish: EngineWish | None = None) -> int:
         live = LiveGame(config, request, self._prompts.ask, wish)
-        return await self._do("Setting up the game …", lambda: self._begin(live), Phase.STARTING)
+        return await self._do(
+            say("busy_game", "Setting up the game …"), lambda: self._begin(live), Phase.STARTING
+        )
 
     async def _begin(self, live: LiveGame) -> int:
         had_table = self.session is not None
         await self._put_away()
         try:
-            await self._interruptible(live.__aenter__(), "Setting up the game")
+            await self._interruptible(
+                live.__aenter__(), say("game_setup_stopped", "Setting up the game was stopped.")
+            )
         except KempelenError:
             if had_table:
                 with suppress(KempelenError):  # it stays as a fault
@@ -172,8 +177,11 @@ class Station(StationEyes):
             KempelenError: the game was left, but the table cannot be set up again.
         """
         if self._run is None:
-            raise GameError("There is no game to leave.", hint="Begin one, or resume one.")
-        await self._do("Leaving the game …", self._leave, Phase.LEAVING)
+            raise GameError(
+                say("no_game_to_leave", "There is no game to leave."),
+                hint=say("begin_or_resume", "Begin one, or resume one."),
+            )
+        await self._do(say("busy_leaving", "Leaving the game …"), self._leave, Phase.LEAVING)
 
     async def _leave(self) -> None:
         await self._put_away()
@@ -209,7 +217,10 @@ class Station(StationEyes):
     def _game(self) -> LiveGame:
         game = self.playing
         if game is None:
-            raise GameError("No game is being played.", hint="Begin one, or resume one.")
+            raise GameError(
+                say("no_game", "No game is being played."),
+                hint=say("begin_or_resume", "Begin one, or resume one."),
+            )
         return game
 
     def _side(self) -> chess.Color:
@@ -227,7 +238,10 @@ class Station(StationEyes):
             GameError: no game is being played, or the board is being measured.
         """
         if self.calibration.active:
-            raise GameError("The board is being measured.", hint="Apply or cancel the calibration.")
+            raise GameError(
+                say("being_measured", "The board is being measured."),
+                hint=say("end_calibration", "Apply or cancel the calibration."),
+            )
         game = self._game()
         await self._jogs.stop_all()
         if self._jogs.strayed and game.arbiter.paused and not game.arbiter.moving:
@@ -275,11 +289,19 @@ class Station(StationEyes):
         played, person = game.arbiter.state.plies, game.cast.person
         if ply is not None and ply != played:
             raise GameError(
-                f"This move was chosen after {ply} half-moves, and {played} have been played.",
-                hint="Look at the board and choose again.",
+                say(
+                    "move_stale",
+                    f"This move was chosen after {ply} half-moves, and {played} have been played.",
+                    chosen=ply,
+                    played=played,
+                ),
+                hint=say("choose_again", "Look at the board and choose again."),
             )
         if not person.to_move:
-            raise GameError("It is not your turn.", hint="Wait until the other side has moved.")
+            raise GameError(
+                say("not_your_turn", "It is not your turn."),
+                hint=say("wait_your_turn", "Wait until the other side has moved."),
+            )
         return person.submit(text)
 
     async def answer(self, prompt: str, text: str) -> None:
@@ -308,8 +330,10 @@ class Station(StationEyes):
             KempelenError: the move in hand could not be finished.
         """
         await self._do(
-            "Getting ready to measure the board …",
-            lambda: self._interruptible(self._calibrating.begin(), "Measuring the board"),
+            say("busy_measuring", "Getting ready to measure the board …"),
+            lambda: self._interruptible(
+                self._calibrating.begin(), say("measuring_stopped", "Measuring the board was stopped.")
+            ),
         )
 
     async def calibration_touch(self, corner: str) -> None:
@@ -324,7 +348,7 @@ class Station(StationEyes):
     async def calibration_by_camera(self) -> None:
         """Find the board by the camera whose place over the robot is known; the hand goes aside first."""
         await self._jogs.stop_all()
-        await self._do("Looking for the board …", self._calibrating.by_camera)
+        await self._do(say("busy_looking", "Looking for the board …"), self._calibrating.by_camera)
 
     async def calibration_apply(self, square: float | None = None) -> None:
         """Keep it, and use it from now on; the hand rises and parks, and a game that was paused goes on.
@@ -337,9 +361,11 @@ class Station(StationEyes):
             FitError: on that board something does not fit.
         """
         await self._jogs.stop_all()
-        await self._do("Keeping the calibration …", lambda: self._calibrating.apply(square))
+        await self._do(
+            say("busy_keeping", "Keeping the calibration …"), lambda: self._calibrating.apply(square)
+        )
 
     async def calibration_cancel(self) -> None:
         """Keep the one before; the hand rises and parks, and a game that was paused goes on."""
         await self._jogs.stop_all()
-        await self._do("Parking …", self._calibrating.cancel)
+        await self._do(say("busy_parking", "Parking …"), self._calibrating.cancel)

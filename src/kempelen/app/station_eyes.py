@@ -11,6 +11,7 @@ from kempelen.app.recorder import Recorder, Tape
 from kempelen.app.station_robot import StationRobot
 from kempelen.app.station_types import Change, Phase
 from kempelen.core.errors import ConfigError, GameError, KempelenError
+from kempelen.core.words import say
 from kempelen.frames.attached import AttachedCamera
 from kempelen.frames.recording import RecordingWriter
 
@@ -36,7 +37,10 @@ class StationEyes(StationRobot):
 
     def _eyes(self) -> GameEyes:
         if self.eyes is None:
-            raise GameError("Nothing looks at the board.", hint="Switch the camera on, or connect one.")
+            raise GameError(
+                say("no_eyes", "Nothing looks at the board."),
+                hint=say("switch_camera_on", "Switch the camera on, or connect one."),
+            )
         return self.eyes
 
     async def set_eyes(self, *, on: bool) -> None:
@@ -52,10 +56,17 @@ class StationEyes(StationRobot):
             self._tell(Change.EYES)
             return
         if on and not self._config.camera_source:
-            raise ConfigError("No camera is named.", hint="Name one in the configuration: camera.source")
+            raise ConfigError(
+                say("no_camera_named", "No camera is named."),
+                hint=say("name_camera", "Name one in the configuration: camera.source"),
+            )
         self.require_session()
         if on is (self.eyes is None):
-            text = "Opening the camera …" if on else "Closing the camera …"
+            text = (
+                say("busy_opening_camera", "Opening the camera …")
+                if on
+                else say("busy_closing_camera", "Closing the camera …")
+            )
             await self._do(text, lambda: self._look(on=on), Phase.CONNECTING)
 
     async def _look(self, *, on: bool) -> None:

@@ -3,6 +3,14 @@
 from kempelen.app.station_types import Remedy, StationFault
 from kempelen.core.errors import KempelenError, StoppedError
 from kempelen.core.protocols import RobotPhase, RobotState
+from kempelen.core.words import joined, say
+
+_STEPS = {
+    "recover": say("first_recover", "First recover the robot, then home it, then go on with the game."),
+    "home": say("first_home", "Home the robot, then go on with the game."),
+    "resume_game": say("go_on_with_game", "Go on with the game."),
+}
+_KEPT = say("game_is_kept", "The game is kept.")
 
 
 def faults_of(
@@ -23,10 +31,18 @@ def faults_of(
     elif of_robot is not None:
         found.append(of_robot)
     if trouble is not None and robot is None:
-        found.append(StationFault("The table could not be set up", str(trouble), "connect"))
+        found.append(
+            StationFault(say("fault_no_table", "The table could not be set up"), _words(trouble), "connect")
+        )
     elif trouble is not None:
-        found.append(StationFault("The calibration cannot be used", str(trouble)))
+        found.append(
+            StationFault(say("fault_calibration", "The calibration cannot be used"), _words(trouble))
+        )
     return tuple(found)
+
+
+def _words(error: KempelenError) -> str:
+    return joined(error.message, error.hint)
 
 
 def _of_game(error: KempelenError, of_robot: StationFault | None) -> StationFault:
@@ -34,27 +50,24 @@ def _of_game(error: KempelenError, of_robot: StationFault | None) -> StationFaul
     remedy: Remedy = "resume_game"
     if of_robot is not None and of_robot.remedy in {"recover", "home"}:
         remedy = of_robot.remedy
-    steps = {
-        "recover": "First recover the robot, then home it, then go on with the game.",
-        "home": "Home the robot, then go on with the game.",
-        "resume_game": "Go on with the game.",
-    }
     if isinstance(error, StoppedError):
-        text = f"All motion has ended; the game is kept. {steps[remedy]}"
-        return StationFault("Emergency stop", text, remedy)
-    return StationFault("The game was cut off", f"{error} The game is kept. {steps[remedy]}", remedy)
+        text = joined(say("all_stopped", "All motion has ended; the game is kept."), _STEPS[remedy])
+        return StationFault(say("fault_stopped", "Emergency stop"), text, remedy)
+    text = joined(_words(error), _KEPT, _STEPS[remedy])
+    return StationFault(say("fault_cut_off", "The game was cut off"), text, remedy)
 
 
 def _of_robot(robot: RobotState, *, playing: bool) -> StationFault | None:
     match robot.phase:
         case RobotPhase.ALARM:
-            text = robot.message or "Find out why, then recover and home it."
-            return StationFault("The robot has raised an alarm", text, "recover")
+            text = robot.message or say("find_out_why", "Find out why, then recover and home it.")
+            return StationFault(say("fault_alarm", "The robot has raised an alarm"), text, "recover")
         case RobotPhase.DISCONNECTED:
-            text = robot.message or "Check its cable and its power, then connect again."
-            return StationFault("The robot does not answer", text, "connect")
+            text = robot.message or say("check_cable", "Check its cable and its power, then connect again.")
+            return StationFault(say("fault_silent", "The robot does not answer"), text, "connect")
         case RobotPhase.LOCKED if not playing:
-            return StationFault("The robot must be homed", robot.message or "Home it.", "home")
+            text = robot.message or say("home_it", "Home it.")
+            return StationFault(say("fault_unhomed", "The robot must be homed"), text, "home")
     if robot.message and not playing:
-        return StationFault("The robot needs help", robot.message)
+        return StationFault(say("fault_needs_help", "The robot needs help"), robot.message)
     return None

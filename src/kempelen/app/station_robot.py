@@ -11,6 +11,7 @@ from kempelen.app.station_table import StationTable
 from kempelen.app.station_types import Change
 from kempelen.app.table_session import TableSession
 from kempelen.core.errors import ConfigError, GameError, KempelenError, LinkError
+from kempelen.core.words import say
 
 _REACH_MM = 250.0
 """How far from what the robot can reach the virtual hand still sets pieces down."""
@@ -42,7 +43,10 @@ class StationRobot(StationTable):
             RobotError: as `Robot.home`.
         """
         robot = self.require_session().robot
-        await self._do("Homing …", lambda: self._between_moves(robot.home, "Homing"))
+        await self._do(
+            say("busy_homing", "Homing …"),
+            lambda: self._between_moves(robot.home, say("homing_stopped", "Homing was stopped.")),
+        )
 
     async def recover(self) -> None:
         """Clear an alarm or a stop; homing follows.
@@ -52,7 +56,10 @@ class StationRobot(StationTable):
             RobotError: as `Robot.recover`.
         """
         robot = self.require_session().robot
-        await self._do("Recovering …", lambda: self._between_moves(robot.recover, "Recovering"))
+        await self._do(
+            say("busy_recovering", "Recovering …"),
+            lambda: self._between_moves(robot.recover, say("recovering_stopped", "Recovering was stopped.")),
+        )
 
     async def _between_moves(self, work: Callable[[], Coroutine[Any, Any, None]], what: str) -> None:
         """Do it while a running game does not move."""
@@ -74,7 +81,10 @@ class StationRobot(StationTable):
     @staticmethod
     def _require_still(game: LiveGame) -> None:
         if game.arbiter.moving:
-            raise GameError("The robot is at work.", hint="Pause the game and finish the move first.")
+            raise GameError(
+                say("at_work", "The robot is at work."),
+                hint=say("pause_and_finish", "Pause the game and finish the move first."),
+            )
 
     async def jog(self, owner: str, direction: tuple[float, float, float], speed: float) -> None:
         """Keep moving, for ``owner`` alone; motion ends when the calls do.
@@ -92,9 +102,13 @@ class StationRobot(StationTable):
         self._require_free()
         game = self.playing
         if game is not None and not game.arbiter.paused:
-            raise GameError("The game moves the robot.", hint="Pause it first.")
+            raise GameError(
+                say("game_moves", "The game moves the robot."), hint=say("pause_first", "Pause it first.")
+            )
         if game is not None and (game.arbiter.moving or game.arbiter.state.pending is not None):
-            raise GameError("A move is in hand.", hint="Finish it first.")
+            raise GameError(
+                say("in_hand", "A move is in hand."), hint=say("finish_first", "Finish it first.")
+            )
         await self._jogs.jog(self.require_session().robot, owner, direction, speed)
 
     async def jog_stop(self, owner: str) -> None:
@@ -117,7 +131,10 @@ class StationRobot(StationTable):
         config = changed(self._config, {"twin.speed": speed or "max"})
         live, session = self.live, self.session
         if not (self._config.on_twin if session is None else session.control):
-            raise ConfigError("Only a twin has a speed to set.", hint="A machine's is in its settings.")
+            raise ConfigError(
+                say("no_speed", "Only a twin has a speed to set."),
+                hint=say("speed_in_settings", "A machine's is in its settings."),
+            )
         if live is not None:
             await live.set_speed(f"{speed:g}" if speed else "max")
         elif session is not None and session.control is not None:
@@ -141,12 +158,19 @@ class StationRobot(StationTable):
         """
         session, game = self.require_session(), self.playing
         if session.control is None:
-            raise GameError("Only the twin has a virtual hand.", hint="Move the piece yourself.")
+            raise GameError(
+                say("no_virtual_hand", "Only the twin has a virtual hand."),
+                hint=say("move_it_yourself", "Move the piece yourself."),
+            )
         if (game is not None and game.arbiter.moving) or self.robot.phase in AT_WORK:
-            raise GameError("The robot is at work over the board.", hint="Wait until it has moved.")
+            raise GameError(
+                say("at_work_over", "The robot is at work over the board."),
+                hint=say("wait_moved", "Wait until it has moved."),
+            )
         if game is not None and (self.eyes is None or not self.eyes.verifier.looks):
             raise GameError(
-                "Nobody would see it: this game is played without a camera.", hint="Choose the move instead."
+                say("nobody_sees", "Nobody would see it: this game is played without a camera."),
+                hint=say("choose_move", "Choose the move instead."),
             )
         self._require_on_table(session, target)
         await session.control.ask("carry", **{"from": list(source), "to": list(target)})
@@ -157,6 +181,11 @@ class StationRobot(StationTable):
         for value, low, high in zip(target, space.lower, space.upper, strict=False):
             if not low - _REACH_MM <= value <= high + _REACH_MM:
                 raise GameError(
-                    f"({target[0]:.0f}, {target[1]:.0f}) mm is off the table.",
-                    hint="Stay on it.",
+                    say(
+                        "off_table",
+                        f"({target[0]:.0f}, {target[1]:.0f}) mm is off the table.",
+                        x=round(target[0]),
+                        y=round(target[1]),
+                    ),
+                    hint=say("stay_on_it", "Stay on it."),
                 )

@@ -30,6 +30,7 @@ from kempelen.core.errors import (
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot, RobotState
 from kempelen.core.table import start_layout
+from kempelen.core.words import joined, say
 from kempelen.game.observers import EventBus
 from kempelen.twin.client import TwinControl
 
@@ -152,7 +153,9 @@ class StationTable:
             LinkError: no robot is connected.
         """
         if self.session is None:
-            raise LinkError("No robot is connected.", hint="Connect one.")
+            raise LinkError(
+                say("not_connected", "No robot is connected."), hint=say("connect_one", "Connect one.")
+            )
         return self.session
 
     async def truth(self) -> Mapping[str, Any] | None:
@@ -210,17 +213,23 @@ class StationTable:
         except asyncio.CancelledError:
             if (here := asyncio.current_task()) is None or here.cancelling():
                 raise
-            raise StoppedError(f"{what} was stopped.", hint="Begin again.") from None
+            raise StoppedError(what, hint=say("begin_again", "Begin again.")) from None
         finally:
             self._inner = None
 
     def _require_free(self) -> None:
         if self._work is not None:
-            raise BusyError(f"Not now: {self.busy}", hint="Wait until that is done.")
+            raise BusyError(
+                joined(say("not_now", "Not now:"), self.busy),
+                hint=say("wait_done", "Wait until that is done."),
+            )
 
     def _require_no_game(self) -> None:
         if self.playing is not None:
-            raise GameError("A game is being played.", hint="Leave it first; it is kept.")
+            raise GameError(
+                say("being_played", "A game is being played."),
+                hint=say("leave_first", "Leave it first; it is kept."),
+            )
 
     # --- up and down ---
 
@@ -239,15 +248,19 @@ class StationTable:
         self._require_no_game()
         if kind not in robot_kinds():
             raise ConfigError(
-                f"There is no driver for a robot of kind '{kind}'.",
-                hint=f"Installed: {', '.join(robot_kinds())}.",
+                say("no_driver", f"There is no driver for a robot of kind '{kind}'.", kind=kind),
+                hint=say(
+                    "installed", f"Installed: {', '.join(robot_kinds())}.", kinds=", ".join(robot_kinds())
+                ),
             )
         control = self._config.twin.control if port == self._config.robot.port else ""
         self._known[self._config.robot.kind] = self._config
         config = for_robot(self._config, kind, self._known.get(kind))
         config = changed(config, {"robot.port": port, "twin.control": control})
-        where = "the twin" if port == TWIN_PORT else port
-        await self._do(f"Connecting {where} …", lambda: self._connect(config), Phase.CONNECTING)
+        busy = say("busy_connecting", f"Connecting {port} …", port=port)
+        if port == TWIN_PORT:
+            busy = say("busy_connecting_twin", "Connecting the twin …")
+        await self._do(busy, lambda: self._connect(config), Phase.CONNECTING)
 
     async def _connect(self, config: Config) -> None:
         await self._put_away()
@@ -263,7 +276,9 @@ class StationTable:
         """
         self._require_no_game()
         if self.session is not None:
-            await self._do("Setting up the table …", lambda: self._connect(config), Phase.CONNECTING)
+            await self._do(
+                say("busy_table", "Setting up the table …"), lambda: self._connect(config), Phase.CONNECTING
+            )
             return
         self._require_free()
         self._config = config
@@ -276,7 +291,7 @@ class StationTable:
             GameError: a game is being played.
         """
         self._require_no_game()
-        await self._do("Disconnecting …", self._put_away)
+        await self._do(say("busy_disconnecting", "Disconnecting …"), self._put_away)
 
     async def _set_up(self, *, look: bool = False) -> None:
         """A table of the station's own.
@@ -287,7 +302,9 @@ class StationTable:
         self._trouble = None
         table = IdleTable(self._config, look=look, tell=self._hear_eyes)
         try:
-            self._idle = await self._interruptible(table.__aenter__(), "Connecting")
+            self._idle = await self._interruptible(
+                table.__aenter__(), say("connecting_stopped", "Connecting was stopped.")
+            )
         except KempelenError as error:
             self._trouble = error
             raise

@@ -13,6 +13,7 @@ from kempelen.core import events
 from kempelen.core.errors import ConfigError, EngineError, GameError, StoppedError
 from kempelen.core.protocols import Hand, Person, Thinking
 from kempelen.core.table import Table
+from kempelen.core.words import say
 from kempelen.game.carrier import Carrier
 from kempelen.game.draws import DrawOffers
 from kempelen.game.journal import GameLog
@@ -142,7 +143,9 @@ class Arbiter:
         except asyncio.CancelledError:
             if not self._stopped:
                 raise
-            raise StoppedError("The game was stopped.", hint=f"Resume: kempelen resume {self.game}") from None
+            raise StoppedError(
+                say("game_stopped", "The game was stopped."), hint=f"Resume: kempelen resume {self.game}"
+            ) from None
         finally:
             self._close()
 
@@ -174,11 +177,11 @@ class Arbiter:
         await self._finish_takeback()
         if not (self._log.resumed and self.state.board.turn in self._pairing.people):
             await self._mover.inspect()  # a person may have begun a move, which is nothing wrong
+        await self._mover.set_up()
+        await self._clear_away()
 
     async def _play(self) -> None:
         while self.state.ended is None:
-        await self._mover.set_up()
-        await self._clear_away()
             if await self._orders.obey_one(paused=self.paused):
                 continue
             if self.paused:
@@ -302,14 +305,19 @@ class Arbiter:
         self._must_run()
         async with self._pausing:
             if not self.paused:
-                raise GameError("The game is not paused.", hint="Pause it first.")
+                raise GameError(
+                    say("not_paused", "The game is not paused."), hint=say("pause_first", "Pause it first.")
+                )
             if self.state.pending is None and not self._carrier.moving:
                 return
             finished = self._gate.finish()
             await self._release()
         await asyncio.shield(finished)
         if self.state.pending is not None:
-            raise GameError("The move in hand was not completed.", hint="Finish it, or resume.")
+            raise GameError(
+                say("not_completed", "The move in hand was not completed."),
+                hint=say("finish_or_resume", "Finish it, or resume."),
+            )
         self._tell_paused()
 
     async def _release(self) -> None:
@@ -348,7 +356,12 @@ class Arbiter:
         count = self._plies_to_person() if plies is None else plies
         if not 1 <= count <= self.state.plies:
             raise GameError(
-                f"{count} half-moves cannot be taken back: {self.state.plies} have been played.",
+                say(
+                    "takeback_too_many",
+                    f"{count} half-moves cannot be taken back: {self.state.plies} have been played.",
+                    plies=count,
+                    played=self.state.plies,
+                ),
                 hint=f"Ask for 1 to {self.state.plies}." if self.state.plies else "",
             )
         self._proposal = None
@@ -404,7 +417,10 @@ class Arbiter:
         """
         self._must_run()
         if self.state.pending is not None or self._carrier.moving:
-            raise GameError("A move is in hand.", hint="Pause and finish the move first.")
+            raise GameError(
+                say("in_hand", "A move is in hand."),
+                hint=say("pause_and_finish", "Pause and finish the move first."),
+            )
         for place in self.state.layout:
             table.centre(place)
         self._log.write(TableChanged(table=digest))
@@ -423,4 +439,7 @@ class Arbiter:
 
     def _must_run(self) -> None:
         if self._task is None or self._task.done() or self.state.ended is not None:
-            raise GameError("The game is not running.", hint="Start or resume it first.")
+            raise GameError(
+                say("not_running", "The game is not running."),
+                hint=say("begin_or_resume", "Start or resume it first."),
+            )

@@ -6,6 +6,7 @@ import chess
 
 from kempelen.core import events
 from kempelen.core.errors import GameError
+from kempelen.core.words import say
 from kempelen.game.observers import EventBus
 from kempelen.game.players import Player
 
@@ -25,7 +26,10 @@ class DrawOffers:
             GameError: An offer is open already.
         """
         if self._question is not None:
-            raise GameError("A draw is on offer already.", hint="Wait for the answer.")
+            raise GameError(
+                say("draw_open", "A draw is on offer already."),
+                hint=say("wait_for_it", "Wait for the answer."),
+            )
         self._by, self._question = by, asyncio.ensure_future(opponent.answer_draw(board))
         self._bus.emit(events.DrawOffered(by))
         try:

@@ -8,6 +8,7 @@ from typing import Self
 import chess
 
 from kempelen.core.errors import ConfigError, GameError
+from kempelen.core.words import say
 from kempelen.game.pgn import GameScore
 from kempelen.game.players import Player, ReplayPlayer
 from kempelen.game.records import PairingSpec, TakeOverSpec
@@ -73,7 +74,10 @@ def speaker(people: Sequence[chess.Color], turn: chess.Color) -> chess.Color:
         GameError: no side is a person's.
     """
     if not people:
-        raise GameError("You play neither side.", hint="Take the side to move with: mode play")
+        raise GameError(
+            say("neither_side", "You play neither side."),
+            hint=say("take_a_side", "Take the side to move with: mode play"),
+        )
     return people[0] if len(people) == 1 else turn
 
 

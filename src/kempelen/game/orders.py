@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 
 from kempelen.core.errors import GameError, KempelenError
+from kempelen.core.words import say
 
 Action = Callable[[], Awaitable[None]]
 
@@ -30,7 +31,12 @@ class _Order:
             self.fail(error)
             raise
         except BaseException:
-            self.fail(GameError("The game ended while this was being done.", hint="Resume it."))
+            self.fail(
+                GameError(
+                    say("ended_meanwhile", "The game ended while this was being done."),
+                    hint=say("resume_it", "Resume it."),
+                )
+            )
             raise
         else:
             if not self.answer.done():
@@ -81,4 +87,6 @@ class Orders:
     def close(self) -> None:
         """Refuse all that still wait."""
         while self._waiting:
-            self._waiting.popleft().fail(GameError("The game ended before this could be done."))
+            self._waiting.popleft().fail(
+                GameError(say("ended_meanwhile", "The game ended before this could be done."))
+            )

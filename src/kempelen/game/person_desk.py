@@ -8,6 +8,7 @@ from kempelen.core.errors import OperatorNeededError
 from kempelen.core.pieces import piece_name
 from kempelen.core.places import Layout, Transfer
 from kempelen.core.protocols import Person
+from kempelen.core.words import joined, say
 from kempelen.game.journal import GameLog
 from kempelen.game.observers import EventBus
 from kempelen.game.records import Helped, LayoutChanged
@@ -35,7 +36,8 @@ class PersonDesk:
     def _somebody(self, request: str) -> Person:
         if self._person is None:
             raise OperatorNeededError(
-                f"A person is needed. {request}", hint="Resume the game with somebody at the table."
+                joined(say("person_needed", "A person is needed."), request),
+                hint=say("resume_with_somebody", "Resume the game with somebody at the table."),
             )
         return self._person
 
@@ -50,7 +52,7 @@ class PersonDesk:
         for transfer in transfers:
             standing = standing.after(transfer)
         if look and not await self._is_made(transfers, standing):
-            person = self._somebody("Make the move by hand.")
+            person = self._somebody(say("by_hand", "Make the move by hand."))
             await self._seen_before(person.carry(transfers), transfers, standing)
             await self.confirm(transfers, standing)
         for transfer in transfers:
@@ -61,19 +63,26 @@ class PersonDesk:
 
     async def satisfy(self, request: Request) -> None:
         """Have done what a move needs, and remember it."""
-        self._bus.emit(events.OperatorAsked(str(request), request.piece, request.place))
-        person, piece = self._somebody(str(request)), None
+        self._bus.emit(events.OperatorAsked(request.text, request.piece, request.place))
+        person, piece = self._somebody(request.text), None
         if isinstance(request, Missing):
             await person.supply(request.piece, request.place, request.reason)
             piece = request.piece
         else:
             await person.remove(request.piece, request.place, request.reason)
         self._log.write(LayoutChanged(place=request.place, piece=piece, reason=request.reason))
-        self._bus.emit(events.OperatorAnswered(str(request)))
+        self._bus.emit(events.OperatorAnswered(request.text))
 
     async def is_holding(self, transfer: Transfer) -> bool:
         """Have somebody look into the gripper."""
-        text = f"Look whether the gripper holds the {piece_name(transfer.piece)} on its way {transfer}."
+        name = piece_name(transfer.piece)
+        text = say(
+            "look_into_gripper",
+            f"Look whether the gripper holds the {name} on its way {transfer}.",
+            piece=transfer.piece,
+            source=str(transfer.source),
+            target=str(transfer.target),
+        )
         self._bus.emit(events.OperatorAsked(text, transfer.piece, transfer.target))
         holding = await self._somebody(text).is_holding(transfer.piece)
         self._bus.emit(events.OperatorAnswered(text))

@@ -234,7 +234,7 @@ class PersonPlayer:
                     "not_your_turn",
                     f"It is not {self.spec.name}'s turn, so '{text.strip()[:24]}' cannot be played.",
                 ),
-                hint=say("wait_for_other", "Wait until the other side has moved."),
+                hint=say("wait_your_turn", "Wait until the other side has moved."),
             )
         move = parse_move(text, self._board)
         self._board = None

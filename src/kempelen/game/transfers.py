@@ -15,6 +15,7 @@ from kempelen.core.errors import OperatorNeededError
 from kempelen.core.pieces import piece_name
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.table import Table
+from kempelen.core.words import joined, say
 
 OTHER_SIDE_SQUARES = 4.0  # a slot on the opponent's side of the board counts as this much farther away
 
@@ -29,10 +30,15 @@ class Missing:
     @property
     def reason(self) -> str:
         """Why it is needed."""
-        return f"The trays hold no {piece_name(self.piece)}."
+        return say("tray_lacks", f"The trays hold no {piece_name(self.piece)}.", piece=self.piece)
+
+    @property
+    def text(self) -> str:
+        """What to do."""
+        return joined(self.reason, say("stand_one", f"Stand one on {self.place}.", place=str(self.place)))
 
     def __str__(self) -> str:
-        return f"{self.reason} Stand one on {self.place}."
+        return self.text
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +51,18 @@ class Crowded:
     @property
     def reason(self) -> str:
         """Why it is in the way."""
-        return "The trays are full."
+        return say("trays_full", "The trays are full.")
+
+    @property
+    def text(self) -> str:
+        """What to do."""
+        name, place = piece_name(self.piece), str(self.place)
+        return joined(
+            self.reason, say("take_off", f"Take the {name} off {place}.", piece=self.piece, place=place)
+        )
 
     def __str__(self) -> str:
-        return f"{self.reason} Take the {piece_name(self.piece)} off {self.place}."
+        return self.text
 
 
 Request = Missing | Crowded

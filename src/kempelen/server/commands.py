@@ -8,7 +8,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from kempelen.server.topics import Colour, Model
+from kempelen.server.model import Model
+from kempelen.server.said import Said
+from kempelen.server.topics import Colour
 
 Role = Literal["operator", "player", "spectator"]
 Uci = Annotated[str, Field(pattern="^[a-h][1-8][a-h][1-8][qrbn]?$")]
@@ -308,10 +310,16 @@ class Reply(Model):
     Attributes:
         error: Why it was refused or failed; empty when done.
         hint: What to do next.
+        kind: Of the error: ``game``, ``config``, ``link`` …, as `kempelen.core.errors` tells them apart.
+        error_said: For other languages; empty where there is nothing but English.
+        hint_said: Likewise.
     """
 
     id: str
     ok: bool
     error: str = ""
     hint: str = ""
+    kind: str = ""
+    error_said: tuple[Said, ...] = ()
+    hint_said: tuple[Said, ...] = ()
     result: dict[str, Any] = Field(default_factory=dict)

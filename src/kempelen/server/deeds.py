@@ -11,6 +11,7 @@ from kempelen.app.cast import GameRequest
 from kempelen.app.station import Station
 from kempelen.app.station_types import GameOptions
 from kempelen.core.errors import ConfigError
+from kempelen.core.words import say
 from kempelen.game.clock import TimeControl
 from kempelen.game.fen import parse_fen
 from kempelen.game.modes import Mode
@@ -57,7 +58,9 @@ async def _new_game(station: Station, wish: commands.NewGame) -> Result:
     require_offered(station.config, wish.engine, wish.opponent)
     score = await _score(wish.pgn, wish.pgn_game) if wish.mode == "replay" else None
     if wish.mode == "replay" and score is None:
-        raise ConfigError("A replay needs a game.", hint="Drop a PGN file, or paste one.")
+        raise ConfigError(
+            say("no_pgn", "A replay needs a game."), hint=say("drop_pgn", "Drop a PGN file, or paste one.")
+        )
     start = score.start_fen if score else _position(wish.fen)
     request = GameRequest(
         Mode(wish.mode), start, score=score, person_plays=wish.side == "white",

@@ -22,6 +22,7 @@ from kempelen.app.station import Station
 from kempelen.app.station_types import Change, Phase
 from kempelen.app.table_session import robot_kinds
 from kempelen.core.errors import SensorError
+from kempelen.core.words import say
 from kempelen.server.messages import WireLine
 from kempelen.server.operator_views import CheckView, DoctorView, PortsView, PortView
 
@@ -160,7 +161,10 @@ def open_eyes(station: Station) -> Eye:
     """
     eyes = station.eyes
     if eyes is None or station.session is None or eyes.camera is None:
-        raise SensorError("No camera is looking at the board.", hint="Switch the eyes on, or begin a game.")
+        raise SensorError(
+            say("no_eyes", "No camera is looking at the board."),
+            hint=say("switch_eyes_on", "Switch the eyes on, or begin a game."),
+        )
     return eyes.camera
 
 

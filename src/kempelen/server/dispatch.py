@@ -13,10 +13,11 @@ from typing import Any
 
 from kempelen.app.station import Station
 from kempelen.core.errors import KempelenError
+from kempelen.core.words import say
 from kempelen.server.commands import AnyCommand, Command, EStop, Jog, JogStop, Reply
 from kempelen.server.deeds import deed
 from kempelen.server.limits import Limiter, Rate
-from kempelen.server.problems import FAULT, Tally, told
+from kempelen.server.problems import FAULT, Problem, Tally, told, wrong
 from kempelen.server.sessions import Visitor, allows
 
 _COMMANDS = Rate(per_second=10, burst=30)
@@ -60,11 +61,15 @@ class Dispatcher:
             socket: The WebSocket that it came over; empty for HTTP.
         """
         if not allows(visitor.role, command.needs):
-            return self._refuse(command, visitor, "role", f"A {visitor.role} may not do that.", _MORE)
+            return self._refuse(
+                command, visitor, "role", say("role", f"A {visitor.role} may not do that."), _MORE
+            )
         known = self._of(visitor).get(command.id)
         if known is not None:
             if known.command != command:
-                return self._refuse(command, visitor, "id", "This id was used for another command.")
+                return self._refuse(
+                    command, visitor, "id", say("id_used", "This id was used for another command.")
+                )
             return await asyncio.shield(known.task)
         refused = None if isinstance(command, EStop) else self._limited(command, visitor, socket)
         return refused or await self._do(command, visitor, socket)
@@ -76,16 +81,28 @@ class Dispatcher:
         jog = isinstance(command, Jog | JogStop)
         if jog and not socket:
             return self._refuse(
-                command, visitor, "jog", "Jogging needs a WebSocket.", "It ends when its client goes away."
+                command,
+                visitor,
+                "jog",
+                say("jog_socket", "Jogging needs a WebSocket."),
+                say("jog_ends", "It ends when its client goes away."),
             )
         if not (self._jogs if jog else self._commands).take(visitor.key):
             return self._refuse(
-                command, visitor, "rate", "Too many commands at once.", "Wait a second, then try again."
+                command,
+                visitor,
+                "rate",
+                say("too_many", "Too many commands at once."),
+                say("wait_second", "Wait a second, then try again."),
             )
         at_work = sum(not kept.task.done() for kept in self._of(visitor).values())
         if at_work >= _AT_ONCE:
             return self._refuse(
-                command, visitor, "at once", "Too many commands are at work.", "Wait for their answers."
+                command,
+                visitor,
+                "at once",
+                say("too_many_at_work", "Too many commands are at work."),
+                say("wait_for_it", "Wait for their answers."),
             )
         return None
 
@@ -104,11 +121,10 @@ class Dispatcher:
         try:
             result = await act()
         except KempelenError as error:
-            why = told(error)
-            return Reply(id=command.id, ok=False, error=why.error, hint=why.hint)
+            return _refusal(command, told(error))
         except Exception:  # noqa: BLE001 - a fault of one command is not the end of the server
             _log.exception("The command %s failed", type(command).__name__)
-            return Reply(id=command.id, ok=False, error=FAULT)
+            return _refusal(command, wrong(FAULT))
         return Reply(id=command.id, ok=True, result=result or {})
 
     def _remember(self, key: str, done: _Done) -> None:
@@ -122,7 +138,7 @@ class Dispatcher:
 
     def _refuse(self, command: Command, visitor: Visitor, why: str, error: str, hint: str = "") -> Reply:
         self._tally.refused(why, visitor.role, type(command).__name__)
-        return Reply(id=command.id, ok=False, error=error, hint=hint)
+        return _refusal(command, wrong(error, hint))
 
     def gone(self, socket: str) -> None:
         """A WebSocket is gone: what it was jogging stops."""
@@ -143,4 +159,8 @@ class Dispatcher:
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
 
-_MORE = "Open the link of an operator or player, or enter the password."
+_MORE = say("more_rights", "Open the link of an operator or player, or enter the password.")
+
+
+def _refusal(command: Command, why: Problem) -> Reply:
+    return Reply(id=command.id, ok=False, **dict(why))

@@ -6,8 +6,9 @@ afar run any program on its computer.
 
 from kempelen.app.config import Config
 from kempelen.core.errors import ConfigError
+from kempelen.core.words import say
 from kempelen.engines.find import Shelf
-from kempelen.server.topics import Model
+from kempelen.server.model import Model
 
 _STOCKFISH = "stockfish"
 
@@ -45,6 +46,13 @@ def require_offered(config: Config, *wanted: str) -> None:
     for engine in wanted:
         if engine not in known:
             raise ConfigError(
-                f"The engine '{engine[:60]}' is not offered here.",
-                hint="Choose one of the list, or start the server with another one: --engine PATH",
+                say(
+                    "engine_not_offered",
+                    f"The engine '{engine[:60]}' is not offered here.",
+                    engine=engine[:60],
+                ),
+                hint=say(
+                    "choose_engine",
+                    "Choose one of the list, or start the server with another one: --engine PATH",
+                ),
             )

@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from kempelen.server.commands import AnyCommand, Reply, Role
-from kempelen.server.topics import Model, TopicName, Topics
+from kempelen.server.model import Model
+from kempelen.server.topics import TopicName, Topics
 
 
 class Say(Model):

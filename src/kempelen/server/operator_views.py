@@ -17,7 +17,8 @@ from kempelen.core.pieces import KINDS, PRESETS, PieceSet, PieceShape
 from kempelen.core.surfaces import Surface
 from kempelen.core.table import Gripper, Table
 from kempelen.server.messages import WireLine
-from kempelen.server.topics import Model, Point
+from kempelen.server.model import Model
+from kempelen.server.topics import Point
 
 Flat = tuple[float, float]
 

@@ -14,12 +14,14 @@ from starlette.exceptions import HTTPException
 
 from kempelen.app.discreet import without_paths
 from kempelen.core.errors import KempelenError
-from kempelen.server.topics import Model
+from kempelen.core.words import say
+from kempelen.server.model import Model
+from kempelen.server.said import Said, said
 
 _log = logging.getLogger(__name__)
 _SHOWN = 3
 _LOGGED_EVERY_S = 10.0
-FAULT = "The server made a mistake; its log says which."
+FAULT = say("server_fault", "The server made a mistake; its log says which.")
 
 
 class Problem(Model):
@@ -28,10 +30,16 @@ class Problem(Model):
     Attributes:
         error: What is wrong.
         hint: What to do next.
+        kind: Of the error: ``game``, ``config``, ``link`` …, as `kempelen.core.errors` tells them apart.
+        error_said: For other languages; empty where there is nothing but English.
+        hint_said: Likewise.
     """
 
     error: str
     hint: str = ""
+    kind: str = ""
+    error_said: tuple[Said, ...] = ()
+    hint_said: tuple[Said, ...] = ()
 
 
 class Tally:
@@ -54,12 +62,28 @@ def problem(
     status: int, error: str, hint: str = "", headers: Mapping[str, str] | None = None
 ) -> JSONResponse:
     """An answer that says why not."""
-    return JSONResponse(Problem(error=error, hint=hint).model_dump(), status, headers)
+    return JSONResponse(wrong(error, hint).model_dump(mode="json"), status, headers)
+
+
+def wrong(error: str, hint: str = "", kind: str = "") -> Problem:
+    """What a person needs of it, and no path."""
+    return Problem(
+        error=without_paths(error),
+        hint=without_paths(hint),
+        kind=kind,
+        error_said=said(error),
+        hint_said=said(hint),
+    )
 
 
 def told(error: KempelenError) -> Problem:
     """What a person needs of an error, and no path."""
-    return Problem(error=without_paths(error.message), hint=without_paths(error.hint))
+    return wrong(error.message, error.hint, kind_of(error))
+
+
+def kind_of(error: KempelenError) -> str:
+    """``game`` of a `GameError`."""
+    return type(error).__name__.removesuffix("Error").lower()
 
 
 def what_is_wrong(errors: Sequence[Mapping[str, Any]]) -> str:
@@ -84,7 +108,7 @@ def explain(app: FastAPI) -> None:
 
     @app.exception_handler(KempelenError)
     async def refused(_request: Request, error: KempelenError) -> JSONResponse:
-        return JSONResponse(told(error).model_dump(), 409)
+        return JSONResponse(told(error).model_dump(mode="json"), 409)
 
     @app.exception_handler(RequestValidationError)
     async def invalid(_request: Request, error: RequestValidationError) -> JSONResponse:
@@ -92,7 +116,7 @@ def explain(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     async def http(_request: Request, error: HTTPException) -> JSONResponse:
-        return problem(error.status_code, str(error.detail), headers=error.headers)
+        return problem(error.status_code, error.detail, headers=error.headers)
 
     @app.exception_handler(Exception)
     async def fault(_request: Request, _error: Exception) -> JSONResponse:

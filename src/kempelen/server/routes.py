@@ -17,9 +17,10 @@ from kempelen.server.engines import EngineView, offered
 from kempelen.server.house import HouseDep, StationDep, VisitorDep
 from kempelen.server.hub import TOPICS, may_see
 from kempelen.server.messages import Snapshot
+from kempelen.server.model import Model
 from kempelen.server.moves import MoveBook
 from kempelen.server.problems import Problem
-from kempelen.server.topics import Model, MoveView
+from kempelen.server.topics import MoveView
 
 router = APIRouter(prefix="/api", responses={"4XX": {"model": Problem}})
 

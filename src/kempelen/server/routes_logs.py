@@ -7,8 +7,8 @@ from pydantic import Field
 
 from kempelen.server.desk import DeskDep, wire_line
 from kempelen.server.house import OperatorDep
+from kempelen.server.model import Model
 from kempelen.server.operator_views import LogLine, LogView, WireView
-from kempelen.server.topics import Model
 
 router = APIRouter(prefix="/api/logs", tags=["operator"])
 

@@ -7,8 +7,8 @@ from pydantic import Field
 
 from kempelen.server.desk import DeskDep
 from kempelen.server.house import OperatorDep
+from kempelen.server.model import Model
 from kempelen.server.operator_views import PortsView
-from kempelen.server.topics import Model
 
 router = APIRouter(prefix="/api/ports", tags=["operator"])
 

@@ -5,11 +5,12 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, HTTPException, Request, Response
 from pydantic import Field
 
+from kempelen.core.words import say
 from kempelen.server.house import COOKIE, House, HouseDep, OperatorDep, address
+from kempelen.server.model import Model
 from kempelen.server.problems import Problem
 from kempelen.server.routes import Me, qr_code
 from kempelen.server.sessions import SESSION_LASTS_S, TOKEN_LASTS_S
-from kempelen.server.topics import Model
 
 router = APIRouter(prefix="/api", tags=["session"], responses={"4XX": {"model": Problem}})
 
@@ -47,11 +48,15 @@ async def enter(entry: Entry, request: Request, response: Response, house: House
     """Become more than a spectator; the session comes as a cookie."""
     if not house.entries.take(address(request)):
         house.tally.refused("entries", address(request))
-        raise HTTPException(429, "Too many tries. Wait a little, then try again.")
+        raise HTTPException(429, say("too_many_tries", "Too many tries. Wait a little, then try again."))
     session = house.sessions.redeem(entry.token) if entry.token else house.sessions.enter(entry.password)
     if session is None:
         house.tally.refused("entry", address(request))
-        what = "This link was used before, or is too old." if entry.token else "This password is wrong."
+        what = (
+            say("link_used", "This link was used before, or is too old.")
+            if entry.token
+            else say("wrong_password", "This password is wrong.")
+        )
         raise HTTPException(401, what)
     set_cookie(response, session, house)
     role = house.sessions.visitor(session, "").role

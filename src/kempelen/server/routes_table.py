@@ -7,6 +7,7 @@ from kempelen.app.station import Station
 from kempelen.app.station_types import Phase
 from kempelen.app.table_form import TableForm, built, save_form
 from kempelen.core.errors import GameError
+from kempelen.core.words import joined, say
 from kempelen.server.house import OperatorDep, StationDep, VisitorDep
 from kempelen.server.operator_views import FitView, MeasuredView, TableView
 
@@ -29,7 +30,7 @@ async def fit(form: TableForm, station: StationDep, _: OperatorDep) -> FitView:
 async def save(form: TableForm, station: StationDep, _: OperatorDep) -> TableView:
     """Keep an edited form, and use it from now on."""
     if refusal := _refusal(station):
-        raise GameError(refusal, hint="Leave the game or wait, then save the table.")
+        raise GameError(refusal, hint=say("leave_or_wait", "Leave the game or wait, then save the table."))
     built(form.applied(station.config))  # what cannot be built is not kept
     await station.change_table(save_form(form, station.config))
     return _view(station)
@@ -51,7 +52,7 @@ def _view(station: Station) -> TableView:
 
 def _refusal(station: Station) -> str:
     if station.busy:
-        return f"Not now: {station.busy}"
+        return joined(say("not_now", "Not now:"), station.busy)
     if station.phase in {Phase.OFF, Phase.READY}:
         return ""
-    return "A game is being played on this table, and its pieces stand in these trays."
+    return say("table_in_use", "A game is being played on this table, and its pieces stand in these trays.")

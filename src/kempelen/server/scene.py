@@ -7,7 +7,8 @@ from kempelen.core.geometry import Array, Transform
 from kempelen.core.pieces import KINDS, PieceShape
 from kempelen.core.table import Gripper, Table, Tray, WorkSpace
 from kempelen.kinematics import Arm
-from kempelen.server.topics import Model, Point
+from kempelen.server.model import Model
+from kempelen.server.topics import Point
 from kempelen.twin.look import DEFAULT_LOOK
 
 BOARD_THICKNESS = 20.0

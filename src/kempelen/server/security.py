@@ -17,7 +17,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from kempelen.server.problems import Problem, Tally
+from kempelen.server.problems import Problem, Tally, wrong
 
 CSP = (
     "default-src 'self'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
@@ -106,9 +106,7 @@ class Guard:
             await receive()
             await send({"type": "websocket.close", "code": 1008, "reason": error})
             return
-        await _refuse(
-            _Exchange(receive, send, scope["path"]), receive, status, Problem(error=error, hint=hint)
-        )
+        await _refuse(_Exchange(receive, send, scope["path"]), receive, status, wrong(error, hint))
 
 
 def _limit(path: str) -> int:

@@ -167,7 +167,6 @@ class ThinkingView(Model):
 
     Attributes:
         line: In SAN.
-        adapted: Elo at which an engine that adapts to the other side has chosen; null for all others.
     """
 
     colour: Colour
@@ -176,7 +175,6 @@ class ThinkingView(Model):
     mate: int | None
     line: tuple[str, ...]
     nodes: int
-    adapted: int | None = None
 
 
 class ActivityView(Model):

@@ -12,6 +12,7 @@ from kempelen.core.protocols import RobotState, Thinking
 from kempelen.core.senses import Sight
 from kempelen.game.clock import ClockReading
 from kempelen.server.moves import MoveBook, colour_of
+from kempelen.server.said import said
 from kempelen.server.topics import (
     CalibrationView,
     Candidate,
@@ -39,6 +40,7 @@ def station_view(station: Station) -> StationView:
     return StationView(
         phase=station.phase.value,
         busy=station.busy,
+        busy_said=said(station.busy),
         robot_kind=config.robot.kind,
         port=config.robot.port,
         on_twin=config.on_twin,
@@ -50,7 +52,13 @@ def station_view(station: Station) -> StationView:
 
 
 def _fault(fault: StationFault) -> Fault:
-    return Fault(title=fault.title, text=without_paths(fault.text), remedy=fault.remedy)
+    return Fault(
+        title=fault.title,
+        title_said=said(fault.title),
+        text=without_paths(fault.text),
+        text_said=said(fault.text),
+        remedy=fault.remedy,
+    )
 
 
 def robot_view(state: RobotState) -> RobotView:
@@ -71,6 +79,7 @@ def prompt_view(prompt: Prompt, board: chess.Board | None) -> PromptView:
         id=prompt.id,
         kind=prompt.kind,
         text=prompt.text,
+        text_said=said(prompt.text),
         square=prompt.place.name if prompt.place is not None and prompt.place.is_square else None,
         piece=prompt.piece.symbol() if prompt.piece else None,
         candidates=tuple(Candidate(uci=uci, san=_san(uci, board)) for uci in prompt.candidates),
@@ -98,6 +107,7 @@ def thinking_view(colour: chess.Color, thinking: Thinking, board: chess.Board) -
         mate=None if thinking.mate is None else sign * thinking.mate,
         line=tuple(line),
         nodes=thinking.nodes,
+        adapted=thinking.adapted,
     )
 
 

@@ -16,6 +16,7 @@ from kempelen.app.calibration_file import save_calibration
 from kempelen.app.doctor_rows import ok, warn
 from kempelen.app.port_scan import FoundPort
 from kempelen.app.station_types import Change, Phase
+from kempelen.app.table_session import robot_kinds
 from kempelen.core.calibration import calibrate
 from kempelen.core.senses import Observation, Sight
 from kempelen.robots.transport import WIRE
@@ -69,7 +70,7 @@ def test_a_scan_is_kept_for_who_asks_next(operator: TestClient, monkeypatch: pyt
         return (FoundPort("/dev/ttyUSB7", "A board", "grbl", "GRBL, Idle."),)
 
     monkeypatch.setattr(desk_module, "scan_ports", scan)
-    assert operator.get("/api/ports").json() == {"kinds": ["gantry"], "at": None, "ports": []}
+    assert operator.get("/api/ports").json() == {"kinds": [*robot_kinds()], "at": None, "ports": []}
     assert asked == []
     found = operator.post("/api/ports/scan", json={"address": " socket://host:23 "}).json()
     assert asked == [("", "socket://host:23")]

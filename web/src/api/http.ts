@@ -1,13 +1,12 @@
 // Reads and the few posts that are no commands. Errors come as `HttpError` with words for people.
-import type { AnyCommand, Reply } from "./types";
+import type { AnyCommand, Problem, Reply } from "./types";
 
 export class HttpError extends Error {
   constructor(
     readonly status: number,
-    message: string,
-    readonly hint = "",
+    readonly why: Problem,
   ) {
-    super(message);
+    super(why.error);
   }
 }
 
@@ -47,15 +46,11 @@ export function postCommand(command: AnyCommand): Promise<Reply> {
 async function answer(response: Response): Promise<Response> {
   if (response.ok) return response;
   const body: unknown = await response.json().catch(() => null);
-  throw new HttpError(response.status, said(body) || response.statusText || String(response.status), hint(body));
+  throw new HttpError(response.status, problem(body, response.statusText || String(response.status)));
 }
 
-function said(body: unknown): string {
-  if (typeof body !== "object" || body === null) return "";
-  if ("error" in body && typeof body.error === "string") return body.error;
-  return "detail" in body && typeof body.detail === "string" ? body.detail : "";
-}
-
-function hint(body: unknown): string {
-  return typeof body === "object" && body !== null && "hint" in body && typeof body.hint === "string" ? body.hint : "";
+/** As the server words it; of anything else, a proxy's answer perhaps, only that it failed. */
+function problem(body: unknown, otherwise: string): Problem {
+  const nothing = { error: otherwise, hint: "", kind: "", error_said: [], hint_said: [] };
+  return typeof body === "object" && body !== null && "error_said" in body ? { ...nothing, ...(body as Problem) } : nothing;
 }

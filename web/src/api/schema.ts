@@ -586,6 +586,19 @@ export interface components {
             readonly name: string;
         };
         /**
+         * ArmView
+         * @description An arm: its foot at the robot frame's origin, its last frame at the tool point, z the way it points.
+         *
+         *     Attributes:
+         *         home: Joint angles where homing ends, rad: how it stands until more is known.
+         */
+        readonly ArmView: {
+            /** Home */
+            readonly home: readonly number[];
+            /** Links */
+            readonly links: readonly components["schemas"]["LinkView"][];
+        };
+        /**
          * Ask
          * @description A command.
          */
@@ -1004,7 +1017,9 @@ export interface components {
          *
          *     Attributes:
          *         title: A few plain words.
+         *         title_said: The same for other languages.
          *         text: What, where, and what to do.
+         *         text_said: The same for other languages.
          *         remedy: Command that mends it; None where only a person can.
          */
         readonly Fault: {
@@ -1012,8 +1027,18 @@ export interface components {
             readonly remedy: ("connect" | "home" | "recover" | "resume" | "resume_game" | "leave_game") | null;
             /** Text */
             readonly text: string;
+            /**
+             * Text Said
+             * @default []
+             */
+            readonly text_said: readonly components["schemas"]["Said"][];
             /** Title */
             readonly title: string;
+            /**
+             * Title Said
+             * @default []
+             */
+            readonly title_said: readonly components["schemas"]["Said"][];
         };
         /**
          * FindingView
@@ -1263,10 +1288,15 @@ export interface components {
         };
         /**
          * Gripper
-         * @description A two-finger gripper that does not turn: sizes for planning, mm.
+         * @description A two-finger gripper: sizes for planning, mm.
          *
          *     Attributes:
-         *         closing_axis: Angle of the direction in which the fingers close, from the robot's x axis, rad.
+         *         closing_axis: Angle of the direction in which the fingers close, from the robot's x axis, rad; from
+         *             the direction across the arm where they are ``tangential``.
+         *         tangential: Whether the gripper turns with an arm's base, closing across the vertical plane through
+         *             the base's axis (the robot's z axis) and the tool point; else it does not turn.
+         *         plumb: Whether the pads hang on pivots along the closing axis, so that they and what they hold stay
+         *             plumb when the gripper tilts. Rigid pads lean a piece over to their own tilt.
          *         opening: Diameter of the round passage between the open pads.
          *         finger_thickness: From that passage to the outside of a finger, along the closing axis.
          *         finger_width: Of a finger, across the closing axis.
@@ -1324,10 +1354,20 @@ export interface components {
              */
             readonly palm_radius?: number;
             /**
+             * Plumb
+             * @default false
+             */
+            readonly plumb?: boolean;
+            /**
              * Release Height
              * @default 0.8
              */
             readonly release_height?: number;
+            /**
+             * Tangential
+             * @default false
+             */
+            readonly tangential?: boolean;
         };
         /**
          * GripperView
@@ -1348,6 +1388,8 @@ export interface components {
             readonly opening: number;
             /** Palm Radius */
             readonly palm_radius: number;
+            /** Plumb */
+            readonly plumb: boolean;
         };
         /**
          * Ground
@@ -1492,6 +1534,29 @@ export interface components {
             readonly qr: string;
             /** Url */
             readonly url: string;
+        };
+        /**
+         * LinkView
+         * @description One row of an arm's table by Denavit and Hartenberg.
+         *
+         *     The frame after joint q is that before it turned about z by q + ``offset``, shifted along z by ``d``, then
+         *     along x by ``a``, then turned about x by ``alpha``.
+         *
+         *     Attributes:
+         *         a: mm.
+         *         alpha: rad.
+         *         d: mm.
+         *         offset: rad.
+         */
+        readonly LinkView: {
+            /** A */
+            readonly a: number;
+            /** Alpha */
+            readonly alpha: number;
+            /** D */
+            readonly d: number;
+            /** Offset */
+            readonly offset: number;
         };
         /**
          * LinkWish
@@ -1936,15 +2001,33 @@ export interface components {
          *     Attributes:
          *         error: What is wrong.
          *         hint: What to do next.
+         *         kind: Of the error: ``game``, ``config``, ``link`` …, as `kempelen.core.errors` tells them apart.
+         *         error_said: For other languages; empty where there is nothing but English.
+         *         hint_said: Likewise.
          */
         readonly Problem: {
             /** Error */
             readonly error: string;
             /**
+             * Error Said
+             * @default []
+             */
+            readonly error_said: readonly components["schemas"]["Said"][];
+            /**
              * Hint
              * @default
              */
             readonly hint: string;
+            /**
+             * Hint Said
+             * @default []
+             */
+            readonly hint_said: readonly components["schemas"]["Said"][];
+            /**
+             * Kind
+             * @default
+             */
+            readonly kind: string;
         };
         /**
          * PromptView
@@ -1955,6 +2038,7 @@ export interface components {
          *         kind: ``do``: put something right and confirm; ``yes_no``; ``which_move``: choose a candidate;
          *             ``advice``: nothing to answer, it goes by itself; ``draw``: an offer to answer.
          *         text: In plain words.
+         *         text_said: The same for other languages.
          *         square: To light up.
          *         piece: FEN letter.
          *         candidates: Of ``which_move``.
@@ -1978,6 +2062,11 @@ export interface components {
             readonly square: string | null;
             /** Text */
             readonly text: string;
+            /**
+             * Text Said
+             * @default []
+             */
+            readonly text_said: readonly components["schemas"]["Said"][];
         };
         /**
          * Record
@@ -2044,6 +2133,9 @@ export interface components {
          *     Attributes:
          *         error: Why it was refused or failed; empty when done.
          *         hint: What to do next.
+         *         kind: Of the error: ``game``, ``config``, ``link`` …, as `kempelen.core.errors` tells them apart.
+         *         error_said: For other languages; empty where there is nothing but English.
+         *         hint_said: Likewise.
          */
         readonly Reply: {
             /**
@@ -2052,12 +2144,27 @@ export interface components {
              */
             readonly error: string;
             /**
+             * Error Said
+             * @default []
+             */
+            readonly error_said: readonly components["schemas"]["Said"][];
+            /**
              * Hint
              * @default
              */
             readonly hint: string;
+            /**
+             * Hint Said
+             * @default []
+             */
+            readonly hint_said: readonly components["schemas"]["Said"][];
             /** Id */
             readonly id: string;
+            /**
+             * Kind
+             * @default
+             */
+            readonly kind: string;
             /** Ok */
             readonly ok: boolean;
             /** Result */
@@ -2145,6 +2252,26 @@ export interface components {
             ] | null;
         };
         /**
+         * Said
+         * @description A sentence, or a piece of one.
+         *
+         *     Attributes:
+         *         code: What is meant, a key of the page's catalogues ``said``; empty of mere English.
+         *         text: In English.
+         *         data: What fills the holes: pieces are letters as in FEN (their names begin with ``piece``), moves
+         *             are in SAN (theirs begin with ``move``), alternatives are lists.
+         */
+        readonly Said: {
+            /** Code */
+            readonly code: string;
+            /** Data */
+            readonly data: {
+                readonly [key: string]: string | number | readonly string[];
+            };
+            /** Text */
+            readonly text: string;
+        };
+        /**
          * Say
          * @description Something happened, in words for people: for a log, a live region, a voice.
          *
@@ -2190,6 +2317,7 @@ export interface components {
          *         shapes: By letter, ``K`` to ``P``.
          */
         readonly SceneGeometry: {
+            readonly arm: components["schemas"]["ArmView"] | null;
             readonly board: components["schemas"]["BoardView"];
             readonly gripper: components["schemas"]["GripperView"];
             /** Live */
@@ -2215,6 +2343,7 @@ export interface components {
          *         pieces: Only those that moved since the last one, in a delta; all of them in a snapshot.
          *         whole: Whether ``pieces`` holds all that there are: others are gone.
          *         table: Identifies what stands still: when it is another one, GET /api/scene has other geometry.
+         *         joints: Angles of an arm's joints, rad; None for other robots, and while unknown.
          */
         readonly SceneView: {
             /** Closed */
@@ -2225,6 +2354,8 @@ export interface components {
                 number,
                 number
             ] | null;
+            /** Joints */
+            readonly joints: readonly number[] | null;
             /** Pieces */
             readonly pieces: readonly components["schemas"]["PieceView"][];
             /**
@@ -2435,6 +2566,7 @@ export interface components {
          *         phase: ``off``: no robot is connected; ``connecting``; ``ready``: connected, no game; ``starting`` a
          *             game; ``playing``; ``leaving`` it.
          *         busy: What takes a while at the moment, in plain words; empty for nothing.
+         *         busy_said: The same for other languages.
          *         robot_kind: Name of the driver.
          *         port: The wire: "twin", a device, a socket.
          *         on_twin: Whether the machine is the simulated one.
@@ -2449,6 +2581,11 @@ export interface components {
              * @default
              */
             readonly busy: string;
+            /**
+             * Busy Said
+             * @default []
+             */
+            readonly busy_said: readonly components["schemas"]["Said"][];
             /**
              * Calibrated
              * @default false

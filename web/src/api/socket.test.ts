@@ -84,7 +84,7 @@ it("sends an unanswered command again under the same id, and answers once", asyn
   vi.advanceTimersByTime(250);
   newest().opens();
   expect(newest().commands).toEqual([first]);
-  newest().says({ type: "reply", reply: { id: first!.id, ok: true, error: "", hint: "", result: {} } });
+  newest().says({ type: "reply", reply: { id: first!.id, ok: true, error: "", hint: "", kind: "", error_said: [], hint_said: [], result: {} } });
   expect((await reply).ok).toBe(true);
 });
 

@@ -137,7 +137,7 @@ export class Socket {
 export type OwnError = "lost" | "silent" | "restarted";
 
 function failed(id: string, error: OwnError): Reply {
-  return { id, ok: false, error, hint: "", result: {} };
+  return { id, ok: false, error, hint: "", kind: "", error_said: [], hint_said: [], result: {} };
 }
 
 export function newId(): string {

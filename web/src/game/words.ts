@@ -3,6 +3,7 @@ import type { ActivityView, GameView, PromptView, SideView, StationView } from "
 import { isSquare } from "../chess/fen";
 import { thePiece } from "../chess/san";
 import { type Key, maybe, t } from "../i18n/i18n.svelte";
+import { spoken } from "../i18n/said";
 
 /** "carrying the knight to f3"; empty where there is nothing to say. */
 export function activityText(activity: ActivityView): string {
@@ -66,7 +67,7 @@ export function reasonText(reason: string): string {
 
 export function promptText(prompt: PromptView, game: GameView | null): string {
   if (prompt.kind === "draw" && game?.draw_offer) return t("game.draw_offered", { colour: t(`game.${game.draw_offer}`) });
-  return prompt.text;
+  return spoken(prompt.text_said, prompt.text);
 }
 
 /** Halves as the score sheet counts them: the moves by number, from the position that the game began in. */

@@ -5,6 +5,7 @@
 // have forms by plural: key_one, key_few … key_other, as `Intl.PluralRules` names them.
 import type game from "./en/game.json";
 import type operator from "./en/operator.json";
+import type said from "./en/said.json";
 import type scene from "./en/scene.json";
 import type shell from "./en/shell.json";
 import { settings } from "../state/settings.svelte";
@@ -16,6 +17,7 @@ export type Key =
   | Room<"shell", typeof shell>
   | Room<"game", typeof game>
   | Room<"operator", typeof operator>
+  | Room<"said", typeof said>
   | Room<"scene", typeof scene>;
 export type Params = Readonly<Record<string, string | number>>;
 type Texts = Readonly<Record<string, string>>;

@@ -1,6 +1,7 @@
 // What the operator's pages read and write over HTTP.
 import type { components } from "../api/schema";
 import { get, getBlob, post, put } from "../api/http";
+import { t } from "../i18n/i18n.svelte";
 
 type Schemas = components["schemas"];
 
@@ -22,6 +23,8 @@ export type TableView = Schemas["TableView"];
 export type Tray = Schemas["Tray"];
 export type WireLine = Schemas["WireLine"];
 
+/** What a kind of robot is called; one that somebody has added goes by its own name. */
+export const kindName = (kind: string) => (kind === "gantry" || kind === "arm" ? t(`operator.kind_${kind}`) : kind);
 export const lastScan = () => get<PortsView>("ports");
 export const scan = (address: string) => post<PortsView>("ports/scan", { address });
 export const table = () => get<TableView>("table");

@@ -3,7 +3,7 @@ import type { RobotView, StationView } from "../api/types";
 import { steps } from "./steps";
 
 const STATION: StationView = {
-  phase: "ready", busy: "", robot_kind: "gantry", port: "/dev/ttyUSB0", on_twin: false, speed: 1,
+  phase: "ready", busy: "", busy_said: [], robot_kind: "gantry", port: "/dev/ttyUSB0", on_twin: false, speed: 1,
   calibrated: false, game: null, unfinished: null, faults: [],
 } as StationView; // prettier-ignore
 const ROBOT: RobotView = { phase: "idle", homed: true, position: [0, 0, 200], gripper: "open", message: "" };

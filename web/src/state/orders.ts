@@ -1,8 +1,9 @@
 // Commands: given here by all pages, refused in words that a person understands.
 import { HttpError, postCommand } from "../api/http";
 import { newId, Socket } from "../api/socket";
-import type { AnyCommand, Order, Reply } from "../api/types";
+import type { AnyCommand, Order, Problem, Reply } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
+import { told, unanswered } from "./complain";
 import { live } from "./live.svelte";
 import { toast } from "./toasts.svelte";
 
@@ -26,8 +27,8 @@ export function startSocket(): Socket {
 
 /** Give a command and tell what came of it; a refusal is shown as well, unless `quiet`. */
 export async function order(command: Order, { quiet = false } = {}): Promise<Reply> {
-  const reply = socket ? await socket.command(command) : { id: "", ok: false, error: "lost", hint: "", result: {} };
-  if (!reply.ok && !quiet) toast("error", ownWords(reply.error), reply.hint);
+  const reply = socket ? await socket.command(command) : { id: "", ok: false, ...unanswered("lost"), result: {} };
+  if (!reply.ok && !quiet) toast("error", ...told(reply));
   return reply;
 }
 
@@ -40,16 +41,9 @@ export async function emergencyStop(): Promise<void> {
   const done = results.find((result) => result.status === "fulfilled" && result.value.ok);
   if (done) return;
   const failed = results.map((result) => (result.status === "fulfilled" ? result.value : asReply(result.reason)))[0];
-  toast("error", t("shell.stop_failed"), failed ? `${ownWords(failed.error)} ${failed.hint}`.trim() : "");
+  toast("error", t("shell.stop_failed"), failed ? told(failed).join(" ").trim() : "");
 }
 
-export function ownWords(error: string): string {
-  if (error === "lost") return t("shell.error_lost");
-  if (error === "silent") return t("shell.error_silent");
-  return error === "restarted" ? t("shell.error_restarted") : error;
-}
-
-function asReply(reason: unknown): { error: string; hint: string } {
-  if (reason instanceof HttpError) return { error: reason.message, hint: reason.hint };
-  return { error: "lost", hint: "" };
+function asReply(reason: unknown): Problem {
+  return reason instanceof HttpError ? reason.why : unanswered("lost");
 }

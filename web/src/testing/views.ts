@@ -38,6 +38,7 @@ export function stationView(part: Partial<StationView> = {}): StationView {
   return {
     phase: "playing",
     busy: "",
+    busy_said: [],
     robot_kind: "gantry",
     port: "twin",
     on_twin: true,
@@ -50,7 +51,7 @@ export function stationView(part: Partial<StationView> = {}): StationView {
 }
 
 export function promptView(part: Partial<PromptView> = {}): PromptView {
-  return { id: "p1", kind: "do", text: "Please.", square: null, piece: null, candidates: [], ...part };
+  return { id: "p1", kind: "do", text: "Please.", text_said: [], square: null, piece: null, candidates: [], ...part };
 }
 
 export function snapshot(topics: Partial<Topics> = {}, part: Partial<Snapshot> = {}): Snapshot {

@@ -54,7 +54,7 @@ _ERRORS: dict[int, tuple[str, str]] = {
     38: ("a tool number that is too high", _NOT_GCODE),
 }  # fmt: skip
 
-_ALARMS: dict[int, tuple[str, str]] = {
+ALARMS: dict[int, tuple[str, str]] = {
     1: (
         "A limit switch was hit; the machine stopped dead and its position is lost",
         "Free the axis if it is jammed, recover, then home.",
@@ -104,13 +104,13 @@ def error_text(code: int) -> tuple[str, str]:
 
 def alarm_text(code: int) -> tuple[str, str]:
     """What ``ALARM:code`` means, and what to do next."""
-    return _ALARMS.get(code, ("An unknown alarm; its position may be lost", "Recover, then home."))
+    return ALARMS.get(code, ("An unknown alarm; its position may be lost", "Recover, then home."))
 
 
 def alarm_words(code: int) -> str:
     """The same in one go, for other languages too."""
     what, hint = alarm_text(code)
-    return say(f"alarm_{code}" if code in _ALARMS else "alarm_unknown", f"{what}. {hint}")
+    return say(f"alarm_{code}" if code in ALARMS else "alarm_unknown", f"{what}. {hint}")
 
 
 def alarm_error(code: int, where: str) -> AlarmError:

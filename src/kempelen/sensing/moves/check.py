@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import PieceSet
 from kempelen.core.places import Transfer
-from kempelen.core.senses import EMPTY, Observation
+from kempelen.core.senses import EMPTY, WHITE, Observation
+from kempelen.core.words import Words, joined, parts_of, say
 from kempelen.sensing.moves.differences import differences, repairs, sentence
 from kempelen.sensing.moves.evidence import STATES, States, Window
 from kempelen.sensing.moves.hypotheses import colour_state
@@ -130,7 +131,7 @@ class PositionCheck:
         self._window.add(observation)
         self._stance.add(observation)
         if not self._window.full:
-            return CannotTell("The board has not been seen for long enough.")
+            return CannotTell(say("not_seen_long", "The board has not been seen for long enough."))
         return self._compare()
 
     def _compare(self) -> Agrees | Disagrees | CannotTell:
@@ -179,7 +180,7 @@ class PositionCheck:
         if not len(unclear):
             return ""
         names = ", ".join(chess.square_name(int(s)) for s in unclear)
-        return f"It cannot be made out what stands on {names}."
+        return say("not_made_out", f"It cannot be made out what stands on {names}.", squares=names)
 
     def _stand_well(self) -> Disagrees | CannotTell | None:
         targets = [s for s in np.flatnonzero(self._touched) if int(s) in self._expected]
@@ -193,9 +194,17 @@ class PositionCheck:
 
 def describe(found: tuple[Difference, ...]) -> str:
     """What is wrong, square by square, and what to put where."""
-    parts = [
-        f"{chess.square_name(d.square)} is empty" if d.seen == EMPTY else
-        f"{STATE_WORDS[d.seen]} stands on {chess.square_name(d.square)}" for d in found
-    ]  # fmt: skip
+    parts = [_seen(difference) for difference in found]
     seen = ", ".join(parts)
-    return f"{seen[0].upper()}{seen[1:]}. {sentence(repairs(found))}"
+    said = Words(f"{seen[0].upper()}{seen[1:]}.", tuple(one for part in parts for one in parts_of(part)))
+    return joined(said, sentence(repairs(found)))
+
+
+def _seen(difference: Difference) -> str:
+    square = chess.square_name(difference.square)
+    if difference.seen == EMPTY:
+        return say("is_empty", f"{square} is empty", square=square)
+    text = f"{STATE_WORDS[difference.seen]} stands on {square}"
+    if difference.seen == WHITE:
+        return say("white_stands", text, square=square)
+    return say("black_stands", text, square=square)

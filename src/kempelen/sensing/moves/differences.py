@@ -10,6 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from kempelen.core.pieces import piece_name
 from kempelen.core.senses import BLACK, EMPTY, WHITE
+from kempelen.core.words import Words, parts_of, say
 from kempelen.sensing.moves.hypotheses import colour_state
 from kempelen.sensing.moves.verdicts import Difference
 from kempelen.sensing.moves.ways import goes, takes
@@ -35,11 +36,20 @@ class Repair:
     target: chess.Square | None
 
     def __str__(self) -> str:
+        return self.text
+
+    @property
+    def text(self) -> str:
+        """What to do, without a full stop."""
         name = piece_name(self.piece) if self.piece else f"{COLOUR_WORDS[self.colour]} piece"
+        source, target = _name(self.source), _name(self.target)
+        piece = self.piece.symbol() if self.piece else "white" if self.colour == WHITE else "black"
         if self.target is None:
-            return f"take the {name} off {_name(self.source)}"
-        where = f" from {_name(self.source)}" if self.source is not None else ""
-        return f"put the {name}{where} back on {_name(self.target)}"
+            return say("take_off", f"take the {name} off {source}", piece=piece, place=source)
+        if self.source is None:
+            return say("put_back", f"put the {name} back on {target}", piece=piece, target=target)
+        text = f"put the {name} from {source} back on {target}"
+        return say("put_back_from", text, piece=piece, source=source, target=target)
 
 
 def _name(square: chess.Square | None) -> str:
@@ -115,8 +125,9 @@ def _in_order(todo: list[Repair]) -> tuple[Repair, ...]:
 
 def sentence(todo: Iterable[Repair]) -> str:
     """One sentence of what to do; empty when there is nothing."""
+    todo = tuple(todo)
     parts = [str(r) for r in todo]
     if not parts:
         return ""
     text = "; ".join(parts)
-    return text[0].upper() + text[1:] + "."
+    return Words(text[0].upper() + text[1:] + ".", tuple(part for r in todo for part in parts_of(r.text)))

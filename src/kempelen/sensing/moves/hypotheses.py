@@ -12,7 +12,9 @@ import chess
 import numpy as np
 
 from kempelen.core.geometry import Array
+from kempelen.core.pieces import piece_name
 from kempelen.core.senses import BLACK, EMPTY, WHITE, states_of
+from kempelen.core.words import say
 from kempelen.sensing.moves.evidence import States
 from kempelen.sensing.moves.verdicts import Line
 
@@ -268,7 +270,9 @@ def _king_first(board: chess.Board, states: States, move: chess.Move, log_prior:
     after = states.copy()
     after[move.from_square] = EMPTY
     after[king] = colour_state(board.turn)
-    advice = f"Castling: now move the rook from {chess.square_name(rook)} to {chess.square_name(target)}."
+    source, goal = chess.square_name(rook), chess.square_name(target)
+    text = f"Castling: now move the rook from {source} to {goal}."
+    advice = say("castle_rook", text, source=source, target=goal)
     return Hypothesis(
         Happened.HALF, _changes(states, after), ((move,),), log_prior, advice=advice, castling=True
     )
@@ -280,7 +284,9 @@ def _rook_first(board: chess.Board, states: States, move: chess.Move, log_prior:
     after[castling_rook(board, move)] = EMPTY
     after[target] = colour_state(board.turn)
     home = chess.square_name(move.from_square)
-    advice = f"Castling: now move the king from {home} to {chess.square_name(king)}."
+    goal = chess.square_name(king)
+    text = f"Castling: now move the king from {home} to {goal}."
+    advice = say("castle_king", text, source=home, target=goal)
     return Hypothesis(
         Happened.HALF, _changes(states, after), ((move,),), log_prior, advice=advice, castling=True
     )
@@ -290,6 +296,7 @@ def _victim_left(states: States, board: chess.Board, move: chess.Move, log_prior
     after = states.copy()
     after[move.from_square] = EMPTY
     after[move.to_square] = colour_state(board.turn)
-    colour = "black" if board.turn else "white"
-    advice = f"En passant: now take the {colour} pawn off {chess.square_name(en_passant_victim(move))}."
+    pawn, square = chess.Piece(chess.PAWN, not board.turn), chess.square_name(en_passant_victim(move))
+    text = f"En passant: now take the {piece_name(pawn)} off {square}."
+    advice = say("en_passant", text, piece=pawn, square=square)
     return Hypothesis(Happened.HALF, _changes(states, after), ((move,),), log_prior, advice=advice)

@@ -7,6 +7,7 @@ import numpy as np
 
 from kempelen.core.pieces import kind_name, piece_name
 from kempelen.core.senses import states_of
+from kempelen.core.words import joined, say
 from kempelen.sensing.moves.differences import Repair, repairs, sentence
 from kempelen.sensing.moves.evidence import States
 from kempelen.sensing.moves.hypotheses import two_plies
@@ -26,7 +27,7 @@ def advise(board: chess.Board, found: Sequence[Difference]) -> str:
     if not found:
         return ""
     todo = repairs(found)
-    return f"{_reason(board, found, todo)} {sentence(todo)}".strip()
+    return joined(_reason(board, found, todo), sentence(todo))
 
 
 def _reason(board: chess.Board, found: Sequence[Difference], todo: Sequence[Repair]) -> str:
@@ -36,7 +37,7 @@ def _reason(board: chess.Board, found: Sequence[Difference], todo: Sequence[Repa
     if len(moved) == 1 and not rest and all(r.target == moved[0].source for r in gone):
         home, target = moved[0].target, moved[0].source
         if home is not None and target is not None:
-            return f"That is no legal move: {why_illegal(board, home, target)}."
+            return say("not_legal", f"That is no legal move: {why_illegal(board, home, target)}.")
     return _two_moves(board, found)
 
 
@@ -49,11 +50,13 @@ def _two_moves(board: chess.Board, found: Sequence[Difference]) -> str:
         seen[difference.square] = difference.seen
     if line := _line_to(board, seen):
         first, second = (chess.square_name(m.to_square) for m in line)
-        return f"Two moves have been made, to {first} and to {second}, but only one was due."
+        text = f"Two moves have been made, to {first} and to {second}, but only one was due."
+        return say("two_moves", text, first=first, second=second)
     if line := _same_side_twice(board, seen):
         side = "White" if board.turn else "Black"
         first, second = (chess.square_name(m.to_square) for m in line)
-        return f"{side} has moved twice, to {first} and to {second}."
+        text = f"{side} has moved twice, to {first} and to {second}."
+        return say("moved_twice", text, first=first, second=second)
     return ""
 
 

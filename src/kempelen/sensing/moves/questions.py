@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import chess
 
 from kempelen.core.pieces import piece_name
+from kempelen.core.words import say
 from kempelen.sensing.moves.hypotheses import Happened, Hypothesis
 from kempelen.sensing.moves.verdicts import Line
 
@@ -44,11 +45,14 @@ def _back(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
     backs = [h for h in rivals if h.happened in {Happened.BACK, Happened.REPLACED}]
     if not backs:
         return ""
-    what = "the last move" if backs[0].plies == 1 else "the last two moves"
+    plies = backs[0].plies
+    what = "the last move" if plies == 1 else "the last two moves"
     others = [line for h in rivals if h not in backs for line in h.lines]
     others += [line for h in rivals for other in h.also for line in other.lines]
-    played = f", or was it {_san(board, others[0])}" if others and others[0] else ""
-    return f"Was {what} taken back{played}?"
+    if not others or not others[0]:
+        return say("taken_back", f"Was {what} taken back?", plies=plies)
+    move = _san(board, others[0])
+    return say("taken_back_or", f"Was {what} taken back, or was it {move}?", plies=plies, move=move)
 
 
 def _promotion(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
@@ -57,11 +61,9 @@ def _promotion(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
     ways = {(m.from_square, m.to_square, len(line)) for line in lines for m in line[:1]}
     if len(ways) != 1 or not lines or not all(line and line[0].promotion for line in lines):
         return ""
-    colour = "white" if board.turn else "black"
-    return (
-        f"What does the {colour} pawn become on {chess.square_name(lines[0][0].to_square)}: "
-        "a queen, a rook, a bishop or a knight?"
-    )
+    pawn, square = chess.Piece(chess.PAWN, board.turn), chess.square_name(lines[0][0].to_square)
+    text = f"What does the {piece_name(pawn)} become on {square}: a queen, a rook, a bishop or a knight?"
+    return say("promotes_to", text, piece=pawn, square=square)
 
 
 def _where(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
@@ -72,7 +74,9 @@ def _where(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
         return ""
     home = moved[0].from_square
     spots = {home if not line else line[0].to_square for line in lines}
-    return f"Is the {_piece(board, home)} on {_or([chess.square_name(s) for s in sorted(spots)])}?"
+    squares = [chess.square_name(s) for s in sorted(spots)]
+    text = f"Is the {_piece(board, home)} on {_or(squares)}?"
+    return say("where", text, piece=_letter(board, home), squares=squares)
 
 
 def _which(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
@@ -83,7 +87,8 @@ def _which(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
         return ""
     target = chess.square_name(lines[0][0].to_square)
     pieces = [f"the {_piece(board, home)} from {chess.square_name(home)}" for home in homes[:NAMED]]
-    return f"Which piece went to {target}: {_or(pieces)}?"
+    squares = [chess.square_name(home) for home in homes[:NAMED]]
+    return say("which_piece", f"Which piece went to {target}: {_or(pieces)}?", square=target, squares=squares)
 
 
 def _lifted(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
@@ -92,9 +97,9 @@ def _lifted(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
         return ""
     gone = [s for s, state in rivals[0].changes if state == 0 and board.color_at(s) == board.turn]
     if gone:
-        return f"Where does the {_piece(board, gone[0])} from {chess.square_name(gone[0])} go?"
+        return _about("where_goes", "Where does the {piece} from {square} go?", board, gone[0])
     gone = [s for s, _ in rivals[0].changes]
-    return f"What takes the {_piece(board, gone[0])} on {chess.square_name(gone[0])}?"
+    return _about("what_takes", "What takes the {piece} on {square}?", board, gone[0])
 
 
 def _still(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
@@ -103,15 +108,17 @@ def _still(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
     if begun is None:
         return ""
     square = min(s for s, _ in begun.changes)
-    return f"Is the {_piece(board, square)} still on {chess.square_name(square)}?"
+    return _about("still_there", "Is the {piece} still on {square}?", board, square)
 
 
 def _list(board: chess.Board, rivals: Sequence[Hypothesis]) -> str:
     lines = _lines(rivals)[:NAMED]
     names = [_san(board, line) for line in lines]
     if len(names) == 1:
-        return f"Was it {names[0]}?" if lines[0] else "Is the position as it was?"
-    return f"What was played: {_or(names)}?"
+        if not lines[0]:
+            return say("as_it_was", "Is the position as it was?")
+        return say("was_it", f"Was it {names[0]}?", move=names[0])
+    return say("what_was_played", f"What was played: {_or(names)}?", moves=names)
 
 
 def _single(rivals: Sequence[Hypothesis]) -> list[Line]:
@@ -128,6 +135,18 @@ def _single(rivals: Sequence[Hypothesis]) -> list[Line]:
 def _piece(board: chess.Board, square: chess.Square) -> str:
     piece = board.piece_at(square)
     return piece_name(piece) if piece else "piece"
+
+
+def _letter(board: chess.Board, square: chess.Square) -> str:
+    piece = board.piece_at(square)
+    return piece.symbol() if piece else ""
+
+
+def _about(code: str, text: str, board: chess.Board, square: chess.Square) -> str:
+    """A question about the piece on a square."""
+    name = chess.square_name(square)
+    shown = text.format(piece=_piece(board, square), square=name)
+    return say(code, shown, piece=_letter(board, square), square=name)
 
 
 def _san(board: chess.Board, line: Line) -> str:

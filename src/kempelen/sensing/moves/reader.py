@@ -14,6 +14,7 @@ import numpy as np
 
 from kempelen.core.geometry import Array
 from kempelen.core.senses import Observation, Sight
+from kempelen.core.words import joined, say
 from kempelen.sensing.moves.differences import differences
 from kempelen.sensing.moves.evidence import Standing, States, Window, frames_worth
 from kempelen.sensing.moves.hypotheses import Happened, Hypotheses, Hypothesis
@@ -80,7 +81,7 @@ class MoveReader:
 
     def __init__(self, board: chess.Board, parameters: MoveParameters | None = None) -> None:
         self.parameters = parameters or MoveParameters()
-        self._hypotheses = Hypotheses(board, pairs=self.parameters.pairs)
+        self._hypotheses = Hypotheses(board)
         self._standing = Standing(self._hypotheses.states, self.parameters)
         self._window = Window(self.parameters.frames, self.parameters.glitch, self.parameters.correlation)
         self._kinds: list[Array] = []
@@ -114,7 +115,7 @@ class MoveReader:
         """
         self._board = board.copy(stack=2)
         seen_already = None if self._best is None else self._hypotheses.after(self._best)
-        self._hypotheses = Hypotheses(board, pairs=self.parameters.pairs)
+        self._hypotheses = Hypotheses(board)
         self._standing.confirm(self._hypotheses.states)
         stands = seen_already is not None and np.array_equal(seen_already, self._hypotheses.states)
         self._touched, self._best = False, self._hypotheses.all[0] if stands else None
@@ -297,7 +298,8 @@ class MoveReader:
         """A clear move, and something else beside it."""
         moved = after(self._board, line)
         found = differences(moved, belief.seen)
-        return Wrong(found, f"After {self._board.san(line[0])}: {_words(moved, found)}")
+        san = self._board.san(line[0])
+        return Wrong(found, joined(say("after_move", f"After {san}:", move=san), _words(moved, found)))
 
     def _candidates(self, best: Hypothesis, belief: Belief) -> list[Hypothesis]:
         floor = belief.log_posterior[belief.best] + log(CANDIDATE_ODDS)
