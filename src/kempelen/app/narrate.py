@@ -35,7 +35,8 @@ def thinking_text(thinking: Thinking, board: chess.Board) -> str:
     else:
         score = "" if thinking.centipawns is None else f"{thinking.centipawns / 100:+.2f}"
     depth = f"depth {thinking.depth}" if thinking.depth else ""
-    return ", ".join(part for part in (depth, score, _san_line(thinking, board)) if part)
+    adapted = "" if thinking.adapted is None else f"adapting to you: about Elo {thinking.adapted}"
+    return ", ".join(part for part in (depth, score, _san_line(thinking, board), adapted) if part)
 
 
 def _san_line(thinking: Thinking, board: chess.Board) -> str:
