@@ -1,4 +1,4 @@
-"""The arm's driver against the virtual multi-axis controller, joined in memory: the contract of every robot."""
+"""The arm on the virtual multi-axis controller, joined in memory: the contract of every robot."""
 
 from collections.abc import AsyncIterator
 

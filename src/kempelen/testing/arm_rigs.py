@@ -1,18 +1,18 @@
 """A whole arm in this process: a virtual controller with its motors and joints, and drivers for it."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
 from typing import Protocol, Self
 
-from kempelen.core.protocols import Robot
 from kempelen.core.table import WorkSpace
 from kempelen.kinematics import Arm, forward, load_arm
 from kempelen.robots.arm.driver import StepperArm
+from kempelen.robots.arm.latch.driver import LatchArm
 from kempelen.robots.grbl.timing import Timing
 from kempelen.robots.transport import Transport, open_port
 from kempelen.testing.rigs import FAST
 from kempelen.testing.transports import Coupling
 from kempelen.twin.grbl import GRBLHAL, Dialect, VirtualArm
+from kempelen.twin.latch import VirtualLatch
 from kempelen.twin.wire import make_wire
 
 ARM = load_arm("labvolt-5150")
@@ -61,39 +61,30 @@ class Joints(Protocol):
         ...
 
 
-Driver = Callable[[Callable[[], Awaitable[Transport]], Timing], Robot]
-
-
-def stepper_arm(
-    connect: Callable[[], Awaitable[Transport]], timing: Timing, *, most_lost: int = 40
-) -> StepperArm:
-    """The driver for G-code controllers."""
-    return StepperArm(connect, ARM, SPACE, timing=timing, most_lost=most_lost)
-
-
 class ArmRig:
     """An arm that has just been switched on; use as an async context manager.
 
     Args:
-        controller: The far end of its wire; None for a grblHAL.
-        driver: Makes the near end.
         wire: ``"memory"``, ``"pty"`` or ``"tcp:0"``.
-        dialect: Of the virtual controller, where none is given.
+        bridge: ``"grblhal"`` or ``"latch"``.
+        dialect: Of a virtual G-code controller.
+        most_lost: Of the drivers.
     """
 
     arm: Arm = ARM
 
     def __init__(
         self,
-        controller: Joints | None = None,
-        driver: Driver = stepper_arm,
-        *,
         wire: str = "memory",
+        *,
+        bridge: str = "grblhal",
         dialect: Dialect = GRBLHAL,
+        most_lost: int = 40,
     ) -> None:
-        self.controller: Joints = controller or VirtualArm(ARM, dialect=dialect)
+        self.latch = bridge == "latch"
+        self.controller: Joints = VirtualLatch(ARM) if self.latch else VirtualArm(ARM, dialect=dialect)
         self.coupling = Coupling(self.controller, step=STEP)
-        self._driver = driver
+        self._most_lost = most_lost
         self._wire = None if wire == "memory" else make_wire(wire, "")
         self._task: asyncio.Task[None] | None = None
 
@@ -121,9 +112,10 @@ class ArmRig:
             return await self.coupling.connect()
         return await open_port(self._wire.address)
 
-    def robot(self, *, timing: Timing = FAST) -> Robot:
+    def robot(self, *, timing: Timing = FAST) -> StepperArm | LatchArm:
         """A new driver, not entered yet."""
-        return self._driver(self.connect, timing)
+        make = LatchArm if self.latch else StepperArm
+        return make(self.connect, ARM, SPACE, timing=timing, most_lost=self._most_lost)
 
     def position(self) -> tuple[float, float, float]:
         """Where the tool point truly is, robot frame, mm."""

@@ -8,6 +8,7 @@ from kempelen.core.table import Table, WorkSpace
 from kempelen.kinematics import Arm, load_arm
 from kempelen.motion.arm.motors import Motors
 from kempelen.robots.arm import lost
+from kempelen.robots.arm.latch.driver import LatchArm
 from kempelen.robots.arm.mechanics import ArmAxes
 from kempelen.robots.arm.options import read_options
 from kempelen.robots.grbl import homing
@@ -30,9 +31,14 @@ def driver(port: str, table: Table, options: Options) -> Robot:
         ConfigError: an unknown option, a value out of range, or a wrong parameter file.
     """
     chosen = read_options(options)
+    arm = load_arm(chosen.arm)
+    if chosen.bridge == "latch":
+        return LatchArm(
+            lambda: open_port(port, baud=chosen.baud), arm, table.space, most_lost=chosen.most_lost_steps
+        )
     return StepperArm(
         lambda: open_port(port, baud=chosen.baud),
-        load_arm(chosen.arm),
+        arm,
         table.space,
         wiring=chosen.wiring,
         apply_settings=chosen.apply_settings,

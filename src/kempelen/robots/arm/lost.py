@@ -104,7 +104,7 @@ class _Finder:
             else:
                 inner = middle
         await self._go(joint, 0.0)
-        return float(self._motors.towards[joint]) * (nominal - 0.5 * (inner + outer))
+        return float(self._motors.towards[joint]) * (nominal - outer)
 
     async def _search(self, joint: int, start: float, stride: float) -> tuple[float, float]:
         """(open, pressed) degrees beyond home, a stride apart; NaN where there is no edge."""

@@ -10,7 +10,7 @@ from contextlib import suppress
 
 from kempelen.core.errors import AlarmError, LinkError, RobotError, SettingsError, StoppedError
 from kempelen.core.protocols import GripperState
-from kempelen.robots.grbl.codec import Axes
+from kempelen.robots.grbl.codec import Axes, Event
 from kempelen.robots.grbl.connect import at_rest, read_offsets
 from kempelen.robots.grbl.gate import Gate
 from kempelen.robots.grbl.gcode import words
@@ -96,8 +96,8 @@ async def seek(session: Session, search: Search) -> None:
     await _prove(session)
 
 
-async def request(session: Session, line: str) -> None:
-    """A homing command, to its end.
+async def request(session: Session, line: str) -> list[Event]:
+    """A homing command, to its end; what the controller said before its acknowledgement.
 
     Raises:
         SilenceError: it lasted too long and was broken off.
@@ -105,7 +105,7 @@ async def request(session: Session, line: str) -> None:
     """
     try:
         async with asyncio.timeout(session.timing.homing):
-            await session.link.request(line)
+            return await session.link.request(line)
     except TimeoutError:
         await _break_off(session)
         raise SilenceError(
