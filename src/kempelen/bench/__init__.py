@@ -1,5 +1,5 @@
 """Measurements against bounds and peers: `kempelen bench NAME`."""
 
 BENCHES = (
-    "arm", "cluster", "eyes", "frames", "motion", "page", "reed", "setup", "spectators", "twin", "vision",
+    "arm", "cluster", "eyes", "frames", "kinematics", "motion", "page", "reed", "setup", "spectators", "twin", "vision",
 )  # fmt: skip
