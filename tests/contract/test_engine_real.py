@@ -1,5 +1,8 @@
 """The engines that come along, where they do: they start, play legal moves, and differ in strength."""
 
+import asyncio
+import os
+import signal
 from pathlib import Path
 
 import chess
@@ -111,6 +114,28 @@ async def test_the_probe_tells_what_is_broken(tmp_path: Path) -> None:
     [absent] = await probe(shelf=Shelf("", None))
     assert (absent.works, absent.name) == (False, "engine")
     assert "apt install stockfish" in absent.hint
+
+
+@needs_bundle
+async def test_stockfish_thinks_in_the_other_sides_time(shelf: Shelf) -> None:
+    board = chess.Board()
+    async with create_engine(habits=Habits(seconds=0.05, seed=1, ponder=True), shelf=shelf) as thinker:
+        assert isinstance(thinker, ProgramEngine)
+        for reply in range(3):  # what it expects, then what it does not, then after its death
+            choice = await thinker.choose(board)
+            board.push(choice.move)
+            expected = choice.thinking.line[1:2]
+            answers = sorted(board.legal_moves, key=lambda move: (move in expected) is not (reply == 0))
+            board.push(answers[0])
+            if reply == 1:
+                assert thinker.pid is not None
+                os.kill(thinker.pid, signal.SIGKILL)
+        search = asyncio.create_task(thinker.choose(board))
+        await asyncio.sleep(0)
+        search.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await search
+        assert (await thinker.choose(board)).move in board.legal_moves
 
 
 async def test_all_engines_here_are_tried(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Self
 
 from kempelen.core.errors import EngineError
+from kempelen.core.words import say
 from kempelen.engines.bundle import Bundle, find_bundle
 from kempelen.engines.tongues import Tongue
 
@@ -135,8 +136,15 @@ class Shelf:
             return replace(program, command=program.command + words[1:])
         if not path.exists():
             raise EngineError(
-                f"The engine '{named}' is neither a file nor a program on PATH.",
-                hint="Check the name, or leave --engine out to use the best engine at hand.",
+                say(
+                    "engine_unknown",
+                    f"The engine '{named}' is neither a file nor a program on PATH.",
+                    engine=named,
+                ),
+                hint=say(
+                    "choose_other_engine",
+                    "Check the name, or leave --engine out to use the best engine at hand.",
+                ),
             )
         if not path.is_file():
             raise EngineError(f"The engine '{named}' is a directory.", hint="Name the program in it.")

@@ -7,8 +7,8 @@ what was found into `Findings`.
 import asyncio
 import dataclasses
 import re
-from collections.abc import Callable, Mapping
-from typing import Self
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any, Self
 
 import chess
 import chess.engine
@@ -28,6 +28,7 @@ from kempelen.engines.wire import (
 
 _PASSED_ON = frozenset({b"id", b"option", b"uciok", b"readyok", b"bestmove"})
 _STRANGE = re.compile(rb"feature |.*\b(?:(?:illegal|invalid) move|unknown command)", re.IGNORECASE)
+_MOMENT = 0.002  # s
 _DOUBT = 2.0  # s of silence after which the other protocol's greeting is tried
 _LAST_CHANCE = 0.5  # s for ``uciok`` after words of another protocol
 
@@ -134,13 +135,38 @@ class UciProcess(EngineProcess):
         self._protocol.on_info = lambda line: _record(line, board, findings, on_thinking)
         try:
             async with self._explained("answered", (limit.time or 0.0) + self._patience.grace):
-                played = await self._protocol.play(board, limit, game=game, ponder=ponder)
+                played = await self._played(self._protocol.play(board, limit, game=game, ponder=ponder))
         finally:
             self._protocol.on_info = None
         if not played.move or played.move not in board.legal_moves:
             raise self._fault(f"it named no move although {board.legal_moves.count()} are legal")
         findings.move = played.move
         return findings
+
+    async def _played(self, playing: Coroutine[Any, Any, chess.engine.PlayResult]) -> chess.engine.PlayResult:
+        play = asyncio.ensure_future(playing)
+        try:
+            return await asyncio.shield(play)
+        except asyncio.CancelledError:
+            await self._begun()
+            play.cancel()
+            await asyncio.gather(play, return_exceptions=True)
+            raise
+
+    async def _begun(self) -> None:
+        """Wait until the last search has begun.
+
+        python-chess cannot cancel one that still waits for the end of thinking in the other side's time. An
+        engine that does not end that is killed.
+        """
+        loop = asyncio.get_running_loop()
+        end = loop.time() + self._patience.farewell
+        while self._protocol.next_command is not None and not self._protocol.exited.is_set():
+            if loop.time() > end:
+                self._kill()
+                await self._gone(self._patience.farewell)
+                return
+            await asyncio.sleep(_MOMENT)
 
     def _write(self, *lines: str) -> None:
         for line in lines:
@@ -151,16 +177,22 @@ class UciProcess(EngineProcess):
 
     async def _greet(self) -> None:
         """Greet, and give up early where the program shows that it speaks something else."""
-        loop = asyncio.get_running_loop()
+        loop, strange = asyncio.get_running_loop(), list[float]()
         doubt = loop.call_later(_DOUBT, self._protocol.send_line, "protover 2")
         try:
             deed = "said 'uciok', so it seems to be no UCI engine"
             async with self._explained(deed, self._patience.hello) as limit:
                 end = limit.when() or loop.time()
-                self._protocol.on_strange = lambda: limit.reschedule(min(end, loop.time() + _LAST_CHANCE))
+
+                def doubt_it() -> None:
+                    strange.append(loop.time())
+                    limit.reschedule(min(end, loop.time() + _LAST_CHANCE))
+
+                self._protocol.on_strange = doubt_it
                 await self._protocol.initialize()
-        except EngineError as fault:
-            raise NotSpokenError(fault.message, hint=fault.hint) from fault
+        except EngineError as error:
+            early = self._fault("it has not said 'uciok', so it seems to be no UCI engine")
+            raise NotSpokenError((early if strange else error).message) from error
         finally:
             doubt.cancel()
             self._protocol.on_strange = None

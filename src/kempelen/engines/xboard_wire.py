@@ -185,7 +185,8 @@ class XBoardProcess(EngineProcess):
                 await self._listen(hear)
         except TimeoutError:
             if not self._features and not old:
-                raise
+                seconds = min(_OLD, self._patience.hello)
+                raise self._fault(f"it has told no features within {seconds:g} s") from None
         finally:
             asking.cancel()
 
