@@ -7,6 +7,7 @@ from typing import Any, Protocol
 from kempelen.core.table import WorkSpace
 from kempelen.kinematics import load_arm
 from kempelen.twin.grbl import Faults, Machine, VirtualArm, VirtualGrbl
+from kempelen.twin.latch import VirtualLatch
 from kempelen.twin.physics.mechanism import Mechanism, true_arm
 from kempelen.twin.physics.scene import Scene
 from kempelen.twin.spec import ArmSpec, TwinSpec
@@ -132,7 +133,8 @@ class ArmDrive:
 
     def __init__(self, spec: ArmSpec, baud: int) -> None:
         arm = load_arm(spec.arm)
-        self.controller = VirtualArm(arm, baud=baud)
+        board = VirtualLatch if spec.controller == "latch" else VirtualArm
+        self.controller: VirtualLatch | VirtualArm = board(arm, baud=baud)
         self._mechanism = Mechanism(arm, spec.flaws)
 
     @property
