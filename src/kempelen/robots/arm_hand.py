@@ -12,7 +12,13 @@ from kempelen.core.protocols import FollowJoints, Robot
 from kempelen.core.table import Table
 from kempelen.kinematics.arm import Arm
 from kempelen.motion.arm.guidance import BOW
-from kempelen.motion.arm.plan import ArmPlan, plan_arm_approach, plan_arm_carry, plan_arm_leave
+from kempelen.motion.arm.plan import (
+    ARM_CLEARANCES,
+    ArmPlan,
+    plan_arm_approach,
+    plan_arm_carry,
+    plan_arm_leave,
+)
 from kempelen.motion.scene import Clearances, Scene
 from kempelen.robots.hand import TransferHand, Way
 
@@ -25,7 +31,7 @@ class ArmHand(TransferHand):
         table: As for any hand.
         arm: Its chain and limits.
         bow: How far guided motion near pieces may leave its straight line, mm.
-        clearances: As for any hand.
+        clearances: As for any hand; `ARM_CLEARANCES` without.
         clock: As for any hand.
     """
 
@@ -41,7 +47,7 @@ class ArmHand(TransferHand):
         clearances: Clearances | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(robot, table, clearances=clearances, clock=clock)
+        super().__init__(robot, table, clearances=clearances or ARM_CLEARANCES, clock=clock)
         self.arm = arm
         self.bow = bow
 

@@ -19,6 +19,7 @@ from kempelen.kinematics.chain import forward, frames
 from kempelen.kinematics.tilt import tilt_range
 from kempelen.motion.arm.body import capsules, hand, hand_capsule, prisms
 from kempelen.motion.arm.guidance import Pose, joints_at
+from kempelen.motion.arm.links import room_within
 from kempelen.motion.arm.obstacles import gaps, obstacles
 from kempelen.motion.scene import Scene
 
@@ -91,27 +92,48 @@ def pose_over(point: Array, tilt: float = 0.0, roll: float = 0.0) -> Pose:
     return Pose(float(np.arctan2(y, x)), float(np.hypot(x, y)), z, tilt, roll)
 
 
-def best_roll(arm: Arm, scene: Scene, point: Array, tilt: float) -> float:
-    """The roll, rad, at which the open fingers around a piece stay farthest from its neighbours.
+def transfer_rolls(arm: Arm, scene: Scene, transfer: Transfer, tilt: float) -> tuple[float, float]:
+    """The rolls, rad, at which open fingers around a piece stay farthest from its neighbours, at both ends.
 
-    Only straight down is there a choice, and no turn (0) is best wherever it leaves `_ENOUGH` room.
+    No turn (0) is best wherever it leaves `_ENOUGH` room. Only straight down is there a choice: turned while
+    leaning, the fingers would not stand upright beside the piece.
+
+    Args:
+        arm: Whose.
+        scene: With the piece on its source.
+        transfer: What is carried.
+        tilt: Of the gripper, rad.
     """
-    if abs(tilt) > _UPRIGHT or not scene.places:
-        return 0.0
-    rows = np.tile(pose_over(point, tilt).row, (len(_ROLLS), 1))
+    kind = transfer.piece.piece_type
+    source = scene.table.grip_point(transfer.source, kind)
+    target = scene.table.release_point(transfer.target, kind)
+    if abs(tilt) > _UPRIGHT:
+        return 0.0, 0.0
+    rooms = _room(arm, scene, source), _room(arm, scene.without(transfer.source), target)
+    first, last = (0.0 if room[0] >= _ENOUGH else float(_ROLLS[int(room.argmax())]) for room in rooms)
+    return first, last
+
+
+def _room(arm: Arm, scene: Scene, point: Array) -> Array:
+    """(m,) least distance of the open fingers at a point (3,) from what stands around it, per roll, mm."""
+    room = np.full(len(_ROLLS), _LOOK)
+    rows = np.tile(pose_over(point).row, (len(_ROLLS), 1))
     rows[:, 4] = _ROLLS
     joints = joints_at(arm, rows)
-    if not np.isfinite(joints).all():
-        return 0.0
+    reached = np.asarray(np.isfinite(joints).all(axis=1))
+    room[~reached] = -np.inf
+    if not scene.places or not reached.any():
+        return room
     shape = hand(arm, scene.table.gripper, None)
-    parts = prisms(shape, forward(arm, joints))
-    sample, part, _, gap = gaps(parts, obstacles(scene, parts, open_hand=True), np.full(len(rows), _LOOK))
-    others = ~np.isin(part, [i for i, name in enumerate(shape.names) if name == "the palm"])
-    room = np.full(len(rows), _LOOK)
+    parts = prisms(shape, forward(arm, np.where(reached[:, None], joints, arm.home)))
+    found = obstacles(scene, parts, open_hand=True)
+    sample, part, cylinder, gap = gaps(parts, found, room.clip(0.0))
+    others = (part < _FINGERS) & ~found.own[cylinder]
     np.minimum.at(room, sample[others], gap[others])
-    return 0.0 if room[0] >= _ENOUGH else float(_ROLLS[int(room.argmax())])
+    return room
 
 
+_FINGERS = 2  # the hand's first parts
 _UPRIGHT = 1e-6
 _ENOUGH = 0.5  # mm, the machine's own inaccuracy included
 
@@ -147,11 +169,14 @@ def _waiting(arm: Arm, table: Table) -> tuple[Array, Array]:
     ])  # fmt: skip
     joints = joints_at(arm, rows)
     joints = joints[np.isfinite(joints).all(axis=1)]
-    joints = np.concatenate((joints, arm.home[None]))
+    at = frames(arm, joints)
+    room = room_within(arm, capsules(arm, at), at, hand(arm, table.gripper, None))
+    joints = np.concatenate((joints[room > _ROOM], arm.home[None]))
     return joints, _beside_board(arm, table, joints)
 
 
 _BEHIND = np.radians(135.0)
+_ROOM = 5.0  # mm between the arm's own parts where it waits
 
 
 def _beside_board(arm: Arm, table: Table, joints: Array) -> Array:

@@ -147,6 +147,23 @@ def _against_itself(
     """Links that are not joined, and the hand against all but the one that carries it."""
     at, shape = posture
     near, touch = margin
+    least = room_within(arm, found, at, shape)
+    contacts = [
+        Contact(_NAME, "itself", float(touch[i] - least[i]), point_of(at[i, -1, :3, 3]))
+        for i in np.flatnonzero(least < touch)
+    ]
+    return least < near, contacts
+
+
+def room_within(arm: Arm, found: Capsules, at: Array, shape: Hand) -> Array:
+    """(s,) least distance of links that are not joined, and of the hand from links, mm.
+
+    Args:
+        arm: Its bodies.
+        found: The links' capsules at frames ``at`` (s, n + 1, 4, 4).
+        at: Of the same postures.
+        shape: The hand.
+    """
     start, end, radius = hand_capsule(shape, at[:, -1])
     count = len(arm.bodies)
     both = Capsules(
@@ -156,14 +173,9 @@ def _against_itself(
     )
     pairs = [*apart(arm), *((i, count) for i, body in enumerate(arm.bodies) if body.link < arm.n - 2)]
     if not pairs:
-        return np.zeros(len(at), dtype=bool), []
-    gap = _between(both, pairs)
-    least = gap.min(axis=1)
-    contacts = [
-        Contact(_NAME, "itself", float(touch[i] - least[i]), point_of(at[i, -1, :3, 3]))
-        for i in np.flatnonzero(least < touch)
-    ]
-    return least < near, contacts
+        return np.full(len(at), np.inf)
+    least: Array = _between(both, pairs).min(axis=1)
+    return least
 
 
 def _between(found: Capsules, pairs: list[Pair]) -> Array:

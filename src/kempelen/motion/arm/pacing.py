@@ -75,6 +75,7 @@ def paced(arm: Arm, path: Array, tick: float = TICK) -> TimedPath:
     at = np.linspace(0.0, len(joints) - 1.0, count + 1)
     out = _along(joints, np.arange(float(len(joints))), at)
     out[0], out[-1] = path[0], path[-1]
+    seconds *= max(1.0, float(_excess(arm, out, seconds / count).max(initial=1.0)))
     return TimedPath(out, np.linspace(0.0, seconds, count + 1))
 
 
@@ -89,11 +90,9 @@ def _smooth(arm: Arm, path: Array, way: Array) -> tuple[Array, float]:
     ease = np.ones(_GRID + 1)
     best: tuple[Array, float] | None = None
     for _ in range(_ROUNDS):
-        times = _fastest(arm, points, float(grid[1]), ease)
-        fine = np.arange(0.0, times[-1] + _FINE, _FINE)
-        passed = _smoothed(np.interp(fine, times, grid), arm)
+        passed = _smoothed(_passed(*_fastest(arm, points, float(grid[1]), ease), grid), arm)
         joints = _along(path, way, passed)
-        excess = _excess(arm, joints)
+        excess = _excess(arm, joints[::_COARSE], _FINE * _COARSE)
         seconds = _FINE * (len(joints) - 1) * max(1.0, float(excess.max(initial=1.0)))
         if best is None or seconds < best[1]:
             best = joints, seconds
@@ -125,8 +124,8 @@ def _along(path: Array, way: Array, at: Array) -> Array:
     return np.stack([np.interp(at, way, column) for column in path.T], axis=1)
 
 
-def _fastest(arm: Arm, points: Array, step: float, ease: Array) -> Array:
-    """When (k,) each of the points (k, n), ``step`` apart, is passed, s.
+def _fastest(arm: Arm, points: Array, step: float, ease: Array) -> tuple[Array, Array]:
+    """When (k,) s and how fast (k,) each of the points (k, n), ``step`` apart, is passed.
 
     Forwards as fast as every joint can speed up, backwards as it can brake (time-optimal path
     parameterisation, Bobrow 1985), with the acceleration that a bend takes reserved at both ends of a step.
@@ -145,7 +144,18 @@ def _fastest(arm: Arm, points: Array, step: float, ease: Array) -> Array:
         squares = _forwards(squares, slopes, bends, arm.acceleration.tolist(), 2 * step)
         squares, slopes, bends = squares[::-1], slopes[::-1], bends[::-1]
     speeds = np.sqrt(np.array(squares))
-    return np.concatenate(([0.0], np.cumsum(2 * step / np.maximum(speeds[:-1] + speeds[1:], _TINY))))
+    times = np.concatenate(([0.0], np.cumsum(2 * step / np.maximum(speeds[:-1] + speeds[1:], _TINY))))
+    return times, speeds
+
+
+def _passed(times: Array, speeds: Array, grid: Array) -> Array:
+    """How far along the way (m,) at even times, with even acceleration from each point to the next."""
+    at = np.arange(0.0, times[-1] + _FINE, _FINE)
+    index = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(grid) - 2)
+    since = np.minimum(at, times[-1]) - times[index]
+    rate = (speeds[index + 1] - speeds[index]) / (times[index + 1] - times[index])
+    way: Array = grid[index] + since * (speeds[index] + 0.5 * rate * since)
+    return way
 
 
 def _forwards(
@@ -175,10 +185,9 @@ def _smoothed(passed: Array, arm: Arm) -> Array:
     return smooth
 
 
-def _excess(arm: Arm, joints: Array) -> Array:
+def _excess(arm: Arm, joints: Array, step: float) -> Array:
     """By how much (k,) the time would have to be stretched for every joint to keep its limits."""
-    step = _FINE * _COARSE
-    speed = np.diff(joints[::_COARSE], axis=0) / step
+    speed = np.diff(joints, axis=0) / step
     rate = np.abs(np.diff(speed, axis=0)) / step
     over: Array = np.maximum(
         (np.abs(speed[1:]) / arm.velocity).max(axis=1), np.sqrt(rate / arm.acceleration).max(axis=1)

@@ -15,16 +15,19 @@ from kempelen.core.pieces import piece_name
 from kempelen.core.places import Transfer
 from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.chain import forward
-from kempelen.motion.arm.grasp import best_roll, park_joints, pose_over, transfer_tilt
+from kempelen.motion.arm.grasp import park_joints, pose_over, transfer_rolls, transfer_tilt
 from kempelen.motion.arm.guidance import BOW, posture
 from kempelen.motion.arm.pacing import paced
 from kempelen.motion.arm.sweep import Held, sweep_arm
 from kempelen.motion.arm.synchrony import least_seconds, require_ranges
 from kempelen.motion.arm.trapezoid import Task, paths
-from kempelen.motion.scene import Scene
+from kempelen.motion.scene import Clearances, Scene
 from kempelen.motion.sweep import Contact
 
 PLANNER = "slanted-trapezoid"
+ARM_CLEARANCES = Clearances(off_centre=2.0)
+"""On small squares there is less room for pieces off their centres; an arm that keeps account of its drift
+sets them down within 2 mm."""
 _TRIES = 4
 """Ways that kept their clearances and are swept before giving up."""
 
@@ -71,7 +74,9 @@ def plan_arm_approach(
         )
     title = f"Reaching for the {piece_name(piece)} on {transfer.source}"
     tilt = transfer_tilt(arm, scene.table, transfer)
-    end = _at(arm, scene, scene.table.grip_point(transfer.source, piece.piece_type), tilt, title)
+    roll, _ = transfer_rolls(arm, scene, transfer, tilt)
+    point = scene.table.grip_point(transfer.source, piece.piece_type)
+    end = posture(arm, pose_over(point, tilt, roll), title)
     return plan_arm_reach(arm, scene, start, end, title=title, bow=bow)
 
 
@@ -91,8 +96,6 @@ def plan_arm_carry(
         MotionError: the target is taken; out of reach; a joint's limit on the way; something touched.
     """
     kind = transfer.piece.piece_type
-    if scene.standing.get(transfer.source) == transfer.piece:
-        scene = scene.without(transfer.source)
     if transfer.target in scene.standing:
         raise MotionError(
             f"{transfer.target} is taken by the {piece_name(scene.standing[transfer.target])}; the "
@@ -101,8 +104,11 @@ def plan_arm_carry(
         )
     title = f"Carrying the {piece_name(transfer.piece)} from {transfer.source} to {transfer.target}"
     tilt = transfer_tilt(arm, scene.table, transfer)
-    end = _at(arm, scene, scene.table.release_point(transfer.target, kind), tilt, title)
+    _, roll = transfer_rolls(arm, scene, transfer, tilt)
+    end = posture(arm, pose_over(scene.table.release_point(transfer.target, kind), tilt, roll), title)
     held = Held(scene.table.pieces[kind], tilt)
+    if scene.standing.get(transfer.source) == transfer.piece:
+        scene = scene.without(transfer.source)
     return checked(Task(arm, scene, _joints(start), end, held, title, bow))
 
 
@@ -158,10 +164,6 @@ def checked(task: Task) -> ArmPlan:
         f"{task.title} ({PLANNER} planner){what}{more}. Nothing was sent.",
         hint="Straighten the pieces named, check the calibration and the sizes of pieces and gripper.",
     )
-
-
-def _at(arm: Arm, scene: Scene, point: Array, tilt: float, title: str) -> Array:
-    return posture(arm, pose_over(point, tilt, best_roll(arm, scene, point, tilt)), title)
 
 
 def _joints(angles: npt.ArrayLike) -> Array:

@@ -38,20 +38,22 @@ class Boldness(NamedTuple):
         slant: Share of the way across that is covered while going up or down.
         corner: How much of the corner above it is cut.
         lift: How much higher that corner is than the lowest height that would do, mm.
+        bow: Share of the bow that is allowed which is used.
     """
 
     slant: float
     corner: float
     lift: float
+    bow: float
 
 
 BOLDNESS = (
-    Boldness(0.2, 1.0, 0.0),
-    Boldness(0.07, 1.0, 3.0),
-    Boldness(0.0, 1.0, 6.0),
-    Boldness(0.0, 0.5, 10.0),
-    Boldness(0.0, 0.3, 20.0),
-    Boldness(0.0, 0.3, 40.0),
+    Boldness(0.2, 1.0, 0.0, 1.0),
+    Boldness(0.07, 1.0, 3.0, 1.0),
+    Boldness(0.0, 1.0, 6.0, 1.0),
+    Boldness(0.0, 0.5, 10.0, 0.2),
+    Boldness(0.0, 0.3, 20.0, 0.1),
+    Boldness(0.0, 0.3, 40.0, 0.05),
 )
 """From bold to careful."""
 
@@ -110,9 +112,9 @@ def _way(task: Task, ends: tuple[Pose, Pose], height: float, bold: tuple[Boldnes
     first, last = ends
     over = [_over(task.arm, ends[i], ends[1 - i], height + bold[i].lift, bold[i].slant) for i in (0, 1)]
     parts = [
-        straight(task.arm, first, over[0], f"{task.title}, going up", _bow(task, first)),
+        straight(task.arm, first, over[0], f"{task.title}, going up", _bow(task, first, bold[0])),
         arc(task.arm, over[0], over[1], f"{task.title}, going across", FREE_BOW),
-        straight(task.arm, over[1], last, f"{task.title}, going down", _bow(task, last)),
+        straight(task.arm, over[1], last, f"{task.title}, going down", _bow(task, last, bold[1])),
     ]
     knots = np.concatenate([parts[0], parts[1][1:], parts[2][1:]])
     knots[0], knots[-1] = task.start, task.end
@@ -127,9 +129,10 @@ def _way(task: Task, ends: tuple[Pose, Pose], height: float, bold: tuple[Boldnes
 _STILL = 1e-9
 
 
-def _bow(task: Task, end: Pose) -> float:
+def _bow(task: Task, end: Pose, bold: Boldness) -> float:
     """Open fingers across the arm's plane may bow within it, along the piece between them; turned, not."""
-    return task.bow if task.held is not None or abs(end.roll) < _STILL else min(task.bow, _TURNED_BOW)
+    free = task.held is not None or abs(end.roll) < _STILL
+    return bold.bow * task.bow if free else min(bold.bow * task.bow, _TURNED_BOW)
 
 
 _TURNED_BOW = 0.1  # mm
