@@ -32,6 +32,8 @@ PROGRAM = "kempelen"
 DATA_DIR_VARIABLE = "KEMPELEN_DATA_DIR"
 SENSOR_VARIABLE = "KEMPELEN_SENSOR"
 TWIN_PORT = "twin"
+NODE_PORT = "node:"
+"""Before a table's name: the robot is at another machine's node."""
 _SENSES = frozenset({"camera", "depth", "colour", "reed"})
 
 Scalar = bool | int | float | str
@@ -221,6 +223,22 @@ class DataConfig(Section):
     dir: Annotated[str, Field(max_length=1000)] = ""
 
 
+class NetworkConfig(Section):
+    """How programs on several machines find each other.
+
+    Attributes:
+        connect: Endpoints of others beyond this network: "tcp/10.0.0.5:7447", "tls/robot.example:7447".
+        listen: Own endpoints; empty for any free port, which others on the same network find by themselves.
+        discover: Whether others on the same network are looked for.
+        keys: Folder of this machine's keys, of `kempelen node keys`; empty: nobody is asked who they are.
+    """
+
+    connect: Annotated[tuple[str, ...], Field(max_length=32)] = ()
+    listen: Annotated[tuple[str, ...], Field(max_length=8)] = ()
+    discover: bool = True
+    keys: Annotated[str, Field(max_length=1000)] = ""
+
+
 class Config(Section):
     """Everything that can be configured; table, pieces and gripper as the kind of robot needs them."""
 
@@ -235,6 +253,7 @@ class Config(Section):
     camera: CameraConfig = Field(default_factory=CameraConfig)
     sensor: SensorConfig = Field(default_factory=SensorConfig)
     data: DataConfig = Field(default_factory=DataConfig)
+    network: NetworkConfig = Field(default_factory=NetworkConfig)
 
     @model_validator(mode="before")
     @classmethod

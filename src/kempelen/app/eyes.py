@@ -31,7 +31,7 @@ from kempelen.sensing.fused import FusedSensor
 from kempelen.sensing.reed.faults import SwitchFault
 from kempelen.sensing.reed.parameters import REED_PARAMETERS
 from kempelen.sensing.reed.sensor import ReedSensor
-from kempelen.twin.client import TwinControl
+from kempelen.twin.client import Door
 
 _PATIENCE_S = 1.0
 """A trouble that passes by itself so soon is not told."""
@@ -93,7 +93,7 @@ class GameEyes:
         self._sensor: BoardSensor | None = None
         self._seen: Frames | None = None
         self._pieces = config.pieces.piece_set()
-        self._control: TwinControl | None = None
+        self._control: Door | None = None
         self._square = config.table.square
         self._sides = KnownSides(config.data_dir / "white-sides.json")
         self._told, self._stuck_at = Sight.STARTING, ""

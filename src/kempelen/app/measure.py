@@ -15,7 +15,7 @@ from kempelen.core.table import Table
 from kempelen.game.arbiter import Arbiter
 from kempelen.game.players import Player, Proposal
 from kempelen.game.state import GameState
-from kempelen.twin.client import TwinControl
+from kempelen.twin.client import Door
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Measurements:
         reports: Of each transfer that the hand measured.
     """
 
-    def __init__(self, table: Table, control: TwinControl | None) -> None:
+    def __init__(self, table: Table, control: Door | None) -> None:
         self._control = control
         self._table = table
         self._audit: PlacementAudit | None = None

@@ -14,7 +14,7 @@ from kempelen.core.table import Table
 from kempelen.core.words import Words, joined, say
 from kempelen.game.records import Helped, Record
 from kempelen.game.transfers import Missing, Request, move_transfers
-from kempelen.twin.client import TwinControl
+from kempelen.twin.client import Door
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ class VirtualPerson:
         manner: How own moves are made, asked for each piece (`kempelen.twin.physics.person.manner`).
     """
 
-    def __init__(self, table: Table, control: TwinControl, layout: Callable[[], Layout]) -> None:
+    def __init__(self, table: Table, control: Door, layout: Callable[[], Layout]) -> None:
         self.manner: Callable[[Transfer], Mapping[str, object]] = lambda _: {}
         self._table = table
         self._control = control

@@ -32,7 +32,7 @@ from kempelen.core.protocols import Robot, RobotState
 from kempelen.core.table import start_layout
 from kempelen.core.words import joined, say
 from kempelen.game.observers import EventBus
-from kempelen.twin.client import TwinControl
+from kempelen.twin.client import Door
 
 _log = logging.getLogger(__name__)
 
@@ -56,7 +56,7 @@ class StationTable:
         self._trouble: KempelenError | None = None
         self._jogs = JogDesk()
         self._watching: asyncio.Task[None] | None = None
-        self._view: TwinControl | None = None
+        self._view: Door | None = None
         self._viewing = asyncio.Lock()
         self._faults: tuple[StationFault, ...] = ()
         self.events = EventBus()

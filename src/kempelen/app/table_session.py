@@ -12,18 +12,22 @@ from kempelen.app.arm_calibration import calibrated_arm
 from kempelen.app.arm_setup import arm_setup, arm_spec, driver_options
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.careful_hand import CarefulHand
-from kempelen.app.config import Config
+from kempelen.app.config import NODE_PORT, Config
 from kempelen.app.fitting import require_table
 from kempelen.app.kept_arm import KeptArm
+from kempelen.app.network import link_of, table_name
 from kempelen.app.timed_hand import TableHand, TimedHand
 from kempelen.core.errors import ConfigError
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot
 from kempelen.core.table import Table
+from kempelen.nodes.door import RemoteDoor
+from kempelen.nodes.messages import key_of
+from kempelen.nodes.remote_robot import RemoteRobot
 from kempelen.robots.arm_hand import ArmHand
 from kempelen.robots.hand import CartesianHand
 from kempelen.twin.cameras.settings import CameraSpec
-from kempelen.twin.client import TwinControl, TwinProcess
+from kempelen.twin.client import Door, TwinControl, TwinProcess
 from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
 
 ROBOTS = "kempelen.robots"
@@ -90,6 +94,7 @@ class TableSession:
         camera: Over the table of a twin of our own; None for none.
 
     Attributes:
+        driver: Of the robot itself.
         robot: The driver; of an arm one that makes up for its drift.
         careful: The hand that sees to an arm's drift; None for other robots, and where that is switched off.
         twin: Its process; None on a real machine or a twin of somebody else's.
@@ -113,10 +118,11 @@ class TableSession:
         self._state = state
         self._resume = resume
         self._stack = AsyncExitStack()
+        self.driver: Robot
         self.robot: Robot
         self.careful: CarefulHand | None = None
         self.twin: TwinProcess | None = None
-        self.control: TwinControl | None = None
+        self.control: Door | None = None
 
     async def __aenter__(self) -> Self:
         """Start the twin if it is wanted, connect the robot.
@@ -128,12 +134,23 @@ class TableSession:
         """
         try:
             port = await self._far_end()
-            self.robot = await self._stack.enter_async_context(make_robot(self._config, port, self.table))
+            self.driver = self.robot = await self._connected(port)
             self.hand = TimedHand(self._hand(), self.control)
         except BaseException:
             await self._stack.aclose()
             raise
         return self
+
+    async def _connected(self, port: str) -> Robot:
+        """The driver; a node's may be that of a twin, which then has its side door there."""
+        if not port.startswith(NODE_PORT):
+            return await self._stack.enter_async_context(make_robot(self._config, port, self.table))
+        table = table_name(port.removeprefix(NODE_PORT))
+        link = await self._stack.enter_async_context(link_of(self._config))
+        robot = await self._stack.enter_async_context(RemoteRobot(link, table))
+        if await link.standing(key_of(table, "door")):
+            self.control = RemoteDoor(link, table)
+        return robot
 
     def _hand(self) -> TableHand:
         """The hand that suits the robot; an arm's drift is kept account of unless that is switched off."""

@@ -12,7 +12,7 @@ from kempelen.core.protocols import (
     TransferReport,
 )
 from kempelen.core.table import Table
-from kempelen.twin.client import TwinControl
+from kempelen.twin.client import Door
 
 
 class TableHand(Hand, Protocol):
@@ -38,7 +38,7 @@ class TimedHand:
             reports are the hand's own.
     """
 
-    def __init__(self, hand: TableHand, control: TwinControl | None = None) -> None:
+    def __init__(self, hand: TableHand, control: Door | None = None) -> None:
         self._hand = hand
         self.control = control
 

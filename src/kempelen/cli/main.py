@@ -18,6 +18,7 @@ from kempelen.cli.engines import engines
 from kempelen.cli.jog import jog
 from kempelen.cli.record import record
 from kempelen.cli.remote import remote
+from kempelen.cli.node import node
 from kempelen.cli.see import see
 from kempelen.cli.serve import serve
 from kempelen.cli.setup import setup
@@ -69,6 +70,7 @@ for _command in (games.play, games.watch, games.replay, games.resume, setup, rec
 app.add_typer(remote, rich_help_panel=_GAMES)
 app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)
 app.command(rich_help_panel=_MACHINE)(jog)
+app.add_typer(node, rich_help_panel=_GAMES)
 app.command(rich_help_panel=_MACHINE)(see)
 app.command(rich_help_panel=_MACHINE)(record)
 app.command(rich_help_panel=_MACHINE)(twin)

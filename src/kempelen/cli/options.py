@@ -55,7 +55,7 @@ PortOption = Annotated[
     str | None,
     typer.Option(
         "--port",
-        help="twin, /dev/ttyUSB0 or socket://HOST:PORT.",
+        help="twin, /dev/ttyUSB0, socket://HOST:PORT, or node:TABLE on another machine.",
         show_default="twin",
         rich_help_panel=_ROBOT,
     ),

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 from kempelen.core.errors import TwinError
 from kempelen.twin.spec import TwinSpec
@@ -88,6 +88,30 @@ class TwinControl:
             if reply["id"] == number:
                 return reply
         return None
+
+
+class Door(Protocol):
+    """`TwinControl`, or what reaches one over a network."""
+
+    def beside(self) -> "Door":
+        """A further way to the same twin, to be entered."""
+        ...
+
+    async def __aenter__(self) -> Self:
+        """Connect."""
+        ...
+
+    async def __aexit__(self, *exc: object) -> None:
+        """Let go of it."""
+        ...
+
+    async def ask(self, op: str, **arguments: Any) -> Mapping[str, Any]:
+        """One request, one answer.
+
+        Raises:
+            KempelenError: there was none, or it was refused.
+        """
+        ...
 
 
 class TwinProcess:

@@ -1,0 +1,37 @@
+"""From the configuration to the network."""
+
+import re
+from pathlib import Path
+
+from kempelen.app.config import Config
+from kempelen.core.errors import ConfigError
+from kempelen.nodes.link import Link
+from kempelen.nodes.zenoh_link import Network, ZenohLink
+
+_NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
+
+
+def network_of(config: Config) -> Network:
+    """How the others are found."""
+    wanted = config.network
+    keys = Path(wanted.keys).expanduser() if wanted.keys else None
+    return Network(connect=wanted.connect, listen=wanted.listen, discover=wanted.discover, keys=keys)
+
+
+def link_of(config: Config) -> Link:
+    """This program's way to the others, to be entered."""
+    return ZenohLink(network_of(config))
+
+
+def table_name(text: str) -> str:
+    """A table's name, as it is used in keys.
+
+    Raises:
+        ConfigError: it is none.
+    """
+    if not _NAME.fullmatch(text):
+        raise ConfigError(
+            f"'{text}' is no name for a table.",
+            hint="Use 1 to 32 small letters, digits and hyphens: hall-3",
+        )
+    return text

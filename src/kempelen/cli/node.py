@@ -1,0 +1,73 @@
+"""`kempelen node`: robot, board and engine as programs of their own, on as many machines as wanted."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kempelen.cli.options import (
+    ConfigOption,
+    DataDirOption,
+    PortOption,
+    RobotOption,
+    SeedOption,
+    SpeedOption,
+)
+
+node = typer.Typer(
+    name="node",
+    help="Robots, boards and engines on other machines, found over the network.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+
+TableOption = Annotated[
+    str, typer.Option("--table", help="Name of the table at which it stands.", metavar="NAME")
+]
+ConnectOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--connect",
+        help="Endpoint of another program, beyond this network: tcp/10.0.0.5:7447. May be repeated.",
+    ),
+]
+ListenOption = Annotated[
+    list[str] | None,
+    typer.Option("--listen", help="Own endpoint: tcp/0.0.0.0:7447. May be repeated."),
+]
+KeysOption = Annotated[
+    Path | None, typer.Option("--keys", help="Folder of this machine's keys, of: kempelen node keys")
+]
+
+
+@node.command("robot")
+def robot_node(
+    table: TableOption = "one",
+    robot: RobotOption = None,
+    port: PortOption = None,
+    speed: SpeedOption = None,
+    seed: SeedOption = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    keys: KeysOption = None,
+    config: ConfigOption = None,
+    data_dir: DataDirOption = None,
+) -> None:
+    """Offer the robot at this machine, or its twin, to whoever plays at the table.
+
+    One program leads it at a time. When that one falls silent, the robot comes to rest by itself and keeps
+    what it holds; nothing is carried out late or twice.
+
+    Examples:
+
+        kempelen node robot --table hall-3 --port /dev/ttyUSB0
+        kempelen play --port node:hall-3                          on any machine of the network
+    """
+    from kempelen.cli import node_run, start
+
+    settings = start.configured(
+        config, robot__kind=robot, robot__port=port, twin__speed=speed, twin__seed=seed,
+        data__dir=data_dir, network__connect=connect, network__listen=listen,
+        network__keys=keys, sensor__kind="none",
+    )  # fmt: skip
+    node_run.run_robot(settings, table)

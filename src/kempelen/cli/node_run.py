@@ -1,0 +1,45 @@
+"""Runs nodes in the foreground, until Ctrl-C."""
+
+import asyncio
+import contextlib
+import signal
+
+import typer
+
+from kempelen.app.config import Config
+from kempelen.app.node_stand import RobotStand
+
+_LOOK_S = 0.5
+
+
+def run_robot(config: Config, table: str) -> None:
+    """Offer the robot; what happens is told in lines.
+
+    Raises:
+        KempelenError: the robot or the network cannot be used.
+    """
+    asyncio.run(_robot(config, table))
+
+
+async def _robot(config: Config, table: str) -> None:
+    over = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        loop.add_signal_handler(number, over.set)
+    async with RobotStand(config, table) as stand:
+        what = "twin" if config.on_twin else config.robot.port
+        typer.echo(f"The {stand.node.robot.name} ({what}) is at table {table}. Ctrl-C ends it.")
+        typer.echo(f"Play there: kempelen play --robot {config.robot.kind} --port node:{table}")
+        await _tell_arbiters(stand, over)
+    typer.echo("The robot is at rest.")
+
+
+async def _tell_arbiters(stand: RobotStand, over: asyncio.Event) -> None:
+    shown = ""
+    while not over.is_set():
+        if (arbiter := stand.node.arbiter) != shown:
+            typer.echo(f"Led by {arbiter}." if arbiter else "Led by nobody.")
+            shown = arbiter
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_LOOK_S):
+                await over.wait()
