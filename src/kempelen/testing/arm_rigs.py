@@ -1,7 +1,8 @@
 """A whole arm in this process: a virtual controller with its motors and joints, and drivers for it."""
 
 import asyncio
-from typing import Protocol, Self
+from collections.abc import Sequence
+from typing import Self
 
 from kempelen.core.table import WorkSpace
 from kempelen.kinematics import Arm, forward, load_arm
@@ -27,40 +28,6 @@ STEP = 0.02
 """s of the controller's time for each turn of the loop."""
 
 
-class Joints(Protocol):
-    """The far end of an arm's wire, see `kempelen.twin.grbl.arm`."""
-
-    @property
-    def joints(self) -> tuple[float, ...]:
-        """(n,) rad, true joint angles."""
-        ...
-
-    @property
-    def gripper_closed(self) -> bool:
-        """What the outputs say."""
-        ...
-
-    def receive(self, data: bytes) -> None:
-        """Bytes from the host."""
-        ...
-
-    def advance(self, dt: float) -> None:
-        """Let ``dt`` s pass."""
-        ...
-
-    def take_output(self) -> bytes:
-        """Bytes for the host since the last call."""
-        ...
-
-    def idle(self) -> bool:
-        """Whether nothing would happen if only time passed."""
-        ...
-
-    def reset_by_dtr(self) -> None:
-        """The host has opened the port."""
-        ...
-
-
 class ArmRig:
     """An arm that has just been switched on; use as an async context manager.
 
@@ -69,6 +36,7 @@ class ArmRig:
         bridge: ``"grblhal"`` or ``"latch"``.
         dialect: Of a virtual G-code controller.
         most_lost: Of the drivers.
+        joints: True joint angles at power-up, rad.
     """
 
     arm: Arm = ARM
@@ -80,9 +48,12 @@ class ArmRig:
         bridge: str = "grblhal",
         dialect: Dialect = GRBLHAL,
         most_lost: int = 40,
+        joints: Sequence[float] | None = None,
     ) -> None:
         self.latch = bridge == "latch"
-        self.controller: Joints = VirtualLatch(ARM) if self.latch else VirtualArm(ARM, dialect=dialect)
+        self.controller: VirtualArm | VirtualLatch = (
+            VirtualLatch(ARM, joints) if self.latch else VirtualArm(ARM, joints, dialect=dialect)
+        )
         self.coupling = Coupling(self.controller, step=STEP)
         self._most_lost = most_lost
         self._wire = None if wire == "memory" else make_wire(wire, "")

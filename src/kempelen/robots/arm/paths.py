@@ -133,7 +133,7 @@ class ArmPaths:
         return np.concatenate([points[:1], *parts])
 
     def _poses(self, points: Array, joints: Array) -> Iterator[Pose]:
-        start = pose_of(self.arm, self._ahead(joints))
+        start = self.posed(joints)
         tilts = self._tilts(points, joints)
         yield start
         azimuth = start.azimuth
@@ -143,16 +143,22 @@ class ArmPaths:
             # Out of reach has no tilt: 0 then, and the way there says what is wrong.
             yield Pose(azimuth, float(np.hypot(x, y)), z, 0.0 if np.isnan(tilt) else tilt, start.roll)
 
-    def _ahead(self, joints: Array) -> Array:
-        """``joints``, which must hold the arm ahead with its elbow up, as guided motion keeps it."""
-        same = joints_at(self.arm, pose_of(self.arm, joints).row[None, :])[0]
-        if not np.isfinite(same).all() or float(np.abs(same - joints).max()) > _SAME:
+    def posed(self, joints: Array) -> Pose:
+        """The hand at joint angles that hold the arm ahead with its elbow up, as guided motion keeps it.
+
+        Raises:
+            MotionError: they do not.
+        """
+        within = np.clip(joints, *self.arm.ranges.T)  # whole steps may be half a step beyond
+        pose = pose_of(self.arm, within)
+        same = joints_at(self.arm, pose.row[None, :])[0]
+        if not np.isfinite(same).all() or float(np.abs(same - within).max()) > _SAME:
             raise MotionError(
                 f"{_TITLE}: the arm is turned over or its elbow is down; the tool point cannot be guided "
                 "from here. Nothing was sent.",
                 hint="Home it first.",
             )
-        return joints
+        return pose
 
     # --- joints --------------------------------------------------------------------------------------------
 
@@ -227,7 +233,7 @@ class JogPath:
     def __init__(self, paths: ArmPaths, joints: Array) -> None:
         self.joints = joints
         self._paths = paths
-        self._row = pose_of(paths.arm, joints).row
+        self._row = paths.posed(joints).row
         self._point = np.array(paths.tool(joints))
 
     def go_on(self, velocity: Array, seconds: float) -> float:

@@ -84,7 +84,7 @@ class Condition:
     def _report(self, status: Status) -> None:
         self.status = status
         before, self.position = self.position, self._tracker.work(status)
-        if self.position is None:
+        if self.position is None or len(self.position) != len(self._mechanics.axes):
             self._pose = None
         elif self.position != before or self._pose is None:
             self._pose = self._mechanics.pose(self.position)
