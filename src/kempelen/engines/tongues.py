@@ -42,6 +42,6 @@ async def start_process(
     except NotSpokenError as fault:
         raise EngineError(
             f"it speaks neither UCI nor xboard. As UCI: {uci.message}. As xboard: {fault.message}",
-            hint="Name a chess engine with --engine, or leave it out. "
+            hint="Name another engine with --engine, or leave it out. "
             "A program of xboard's first version is named as xboard:PROGRAM.",
         ) from fault

@@ -15,7 +15,7 @@ _LEAST = 14.0  # centipawns: even the most doubtful search has a voice
 _MATE = 10_000.0  # centipawns
 _MATES = 1_000  # moves; scores nearer to that than this are mates
 CANDIDATES = 4  # moves among which the voters are spread
-_SHORTLIST, _WARM = 0.1, 0.25  # parts of a voter's effort
+_SHORTLIST, _WARM = 0.02, 0.08  # parts of a voter's effort: enough to part their ways, little to lose
 
 
 @dataclass(frozen=True, slots=True)

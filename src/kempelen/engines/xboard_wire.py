@@ -7,7 +7,6 @@ step. The engine is in force mode whenever it is not asked for a move.
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from typing import Self
 
 import chess
@@ -16,6 +15,7 @@ import chess.engine
 from kempelen.core.errors import EngineError
 from kempelen.core.protocols import OnThinking, Thinking
 from kempelen.engines import xboard_lines as lines_of
+from kempelen.engines import xboard_search as search
 from kempelen.engines.wire import (
     EngineProcess,
     Findings,
@@ -28,8 +28,6 @@ from kempelen.engines.wire import (
 
 _AGAIN = 0.3  # s after which it is asked for its features once more
 _OLD = 2.0  # s without `feature` after which a program is taken to speak version 1, as the protocol says
-_WHOLE = 1.0  # s from which a time is told as whole seconds per move; shorter ones as a clock
-_MOVES_PER_CLOCK = 30  # that an engine is expected to spread its clock over
 _LINES = 64  # as many moves as are judged one by one for a weaker level
 _APART_S = 0.02  # s for each of them
 _RESIGNED = 900  # centipawns by which an engine that gives up is taken to be behind
@@ -224,10 +222,10 @@ class XBoardProcess(EngineProcess):
         ponder: bool,
     ) -> Findings:
         if self._is_answer(board, game):
-            self._write(*_control(board, limit), self._usermove(board.peek()))
+            self._write(*search.control(board, limit), self._usermove(board.peek()))
         else:
             mode = ("post", "hard" if ponder else "easy")
-            await self._tell(board, game, (*_control(board, limit), *mode))
+            await self._tell(board, game, (*search.control(board, limit), *mode))
             self._write("go")
         findings = await self._heard_out(board, limit, on_thinking)
         self._told = board.copy()
@@ -248,7 +246,7 @@ class XBoardProcess(EngineProcess):
         self._told = None  # until the move is known
         now = asyncio.get_running_loop().call_later(limit.time or 3600.0, self._write, "?")
         try:
-            await self._listen(lambda line: _take(line, board, findings, on_thinking))
+            await self._listen(lambda line: search.take(line, board, findings, on_thinking))
         except asyncio.CancelledError:
             self._write("?")
             self._owed = True
@@ -269,8 +267,9 @@ class XBoardProcess(EngineProcess):
             after = board.copy()
             after.push(move)
             thinking = await self._after(after, short, game)
-            findings.lines[len(findings.lines) + 1] = _turned(thinking, move)
-        findings.lines = dict(enumerate(sorted(findings.lines.values(), key=_worth, reverse=True), start=1))
+            findings.lines[len(findings.lines) + 1] = search.turned(thinking, move)
+        ranked = sorted(findings.lines.values(), key=search.worth, reverse=True)
+        findings.lines = dict(enumerate(ranked, start=1))
         findings.move = findings.lines[1].line[0]
         return findings
 
@@ -290,12 +289,12 @@ class XBoardProcess(EngineProcess):
         """Whether an engine that thinks in the opponent's time need only be told the move."""
         if not self._playing or self._told is None or game is not self._game:
             return False
-        return _continues(self._told, board) == 1
+        return search.continues(self._told, board) == 1
 
     async def _tell(self, board: chess.Board, game: object, then: Sequence[str]) -> None:
         """Bring the engine's board to ``board``: the moves that it lacks, or the whole game again."""
         told = self._told
-        more = _continues(told, board) if told is not None and game is self._game else None
+        more = search.continues(told, board) if told is not None and game is self._game else None
         self._playing, self._told = False, None
         self._write("force", *(self._set_up(board.root()) if more is None else ()))
         self._game = game
@@ -337,7 +336,7 @@ class XBoardProcess(EngineProcess):
         pong = f"pong {self._pings}"
 
         def hear(line: str) -> bool | None:
-            if _refuses(line, moves):
+            if search.refuses(line, moves):
                 raise EngineError(f"it refuses a legal move of the game: {line}")
             return True if line == pong else None
 
@@ -378,92 +377,3 @@ class XBoardProcess(EngineProcess):
                 await self._protocol.hung_up.wait()
         except TimeoutError:
             return
-
-
-def _control(board: chess.Board, limit: chess.engine.Limit) -> list[str]:
-    """Time in the units that every engine of the protocol reads: whole minutes, seconds, centiseconds."""
-    seconds = limit.time or 3600.0
-    mine, theirs = limit.white_clock, limit.black_clock
-    if board.turn is chess.BLACK:
-        mine, theirs = theirs, mine
-    depth = [] if limit.depth is None else [f"sd {limit.depth}"]
-    if mine is None and seconds >= _WHOLE:
-        return [*depth, f"st {round(seconds)}"]
-    if mine is None:
-        mine = seconds * _MOVES_PER_CLOCK
-    minutes, left, other = (
-        max(1, round(time)) for time in (mine / 60.0, 100 * mine, 100 * (mine if theirs is None else theirs))
-    )
-    return [*depth, f"level 0 {minutes} 0", f"time {left}", f"otim {other}"]
-
-
-def _continues(told: chess.Board, board: chess.Board) -> int | None:
-    """How many moves ``board`` has more than ``told``; None where it is another game or has fewer."""
-    n = len(told.move_stack)
-    same = told.move_stack == board.move_stack[:n] and told.root().fen() == board.root().fen()
-    return len(board.move_stack) - n if same else None
-
-
-def _refuses(line: str, moves: AbstractSet[str]) -> bool:
-    words = (lines_of.refused(line) or "").split()
-    return bool(words) and words[-1] in moves
-
-
-def _take(line: str, board: chess.Board, findings: Findings, on_thinking: OnThinking | None) -> bool | None:
-    """One line of a search; True when it has moved or resigned."""
-    if text := lines_of.move_text(line):
-        return _take_move(text, board, findings)
-    if line.strip() == "offer draw":
-        findings.offers_draw = True
-    elif claim := lines_of.verdict(line):
-        return _take_claim(claim, line, board, findings)
-    elif board.move_stack and _refuses(line, {board.peek().uci()}):
-        raise EngineError(f"it refuses a legal move of the game: {line}")
-    elif thinking := lines_of.parse_thinking(line, board):
-        _take_thought(thinking, findings, on_thinking)
-    return None
-
-
-def _take_move(text: str, board: chess.Board, findings: Findings) -> bool:
-    move = lines_of.parse_move(text, board)
-    if move is None:
-        legal = board.legal_moves.count()
-        raise EngineError(f"it named '{text[:20]}', which is not among the moves, of which {legal} are legal")
-    findings.move = move
-    # Its last thought may have been about another move: the score of that one says nothing of this one.
-    thought = findings.lines.get(1)
-    if thought and thought.line[:1] != (move,):
-        findings.lines[1] = Thinking(thought.depth, thought.centipawns, thought.mate, (move,), thought.nodes)
-    return True
-
-
-def _take_claim(claim: lines_of.Verdict, line: str, board: chess.Board, findings: Findings) -> bool:
-    """A result instead of a move: only the engine's own resignation is believed."""
-    lost = "0-1" if board.turn is chess.WHITE else "1-0"
-    if claim.resigned and claim.result in {"", lost}:
-        findings.resigns = True
-        return True
-    legal = board.legal_moves.count()
-    raise EngineError(f"it claims '{line[:60]}' instead of a move, although {legal} are legal")
-
-
-def _take_thought(thinking: Thinking, findings: Findings, on_thinking: OnThinking | None) -> None:
-    if not thinking.line and 1 in findings.lines:
-        return  # a progress line
-    findings.lines[1] = thinking
-    if on_thinking:
-        # Not called from within the transport: a fault in the listener must not break the wire.
-        asyncio.get_running_loop().call_soon(on_thinking, thinking)
-
-
-def _turned(thinking: Thinking, move: chess.Move) -> Thinking:
-    """The answer's thought as one about ``move``, from the other side."""
-    centipawns = None if thinking.centipawns is None else -thinking.centipawns
-    mate = None if thinking.mate is None else 1 - thinking.mate if thinking.mate <= 0 else -thinking.mate
-    return Thinking(thinking.depth + 1, centipawns, mate, (move, *thinking.line), thinking.nodes)
-
-
-def _worth(thinking: Thinking) -> float:
-    if thinking.mate is not None:
-        return 1e6 - thinking.mate if thinking.mate > 0 else -1e6 - thinking.mate
-    return float(thinking.centipawns or 0)

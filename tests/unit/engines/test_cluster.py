@@ -189,10 +189,10 @@ async def test_voters_search_with_engines_of_their_own(
         assert (await engine.choose(board)).move in board.legal_moves
     heard = (tmp_path / "heard").read_text()
     assert sorted(line for line in heard.splitlines() if line.startswith("go")) == [
-        "go nodes 10",
         "go nodes 100",
-        "go nodes 25",
-        "go nodes 65",
+        "go nodes 2",
+        "go nodes 8",
+        "go nodes 90",
     ]
 
 
