@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from kempelen.app.config_errors import explain
 from kempelen.app.config_pieces import PiecesConfig, Section
-from kempelen.app.robot_defaults import GANTRY, of_robot, with_robot_defaults
+from kempelen.app.robot_defaults import ARM, GANTRY, of_robot, with_robot_defaults
 from kempelen.app.table_file import read_table_file
 from kempelen.core.calibration import SQUARE_RANGE, Calibration
 from kempelen.core.errors import ConfigError
@@ -320,6 +320,10 @@ class Config(Section):
     def _of_this_robot(self, what: str) -> Path:
         return self.data_dir / f"{of_robot(what, self.robot.kind)}{'-twin' if self.on_twin else ''}.json"
 
+    def _aside(self, square: float) -> float:
+        """An arm has no beam beside its hand; the half square around the board is the camera's."""
+        return square / 2 if self.robot.kind == ARM else _CLEAR_OF_THE_VIEW
+
     def build_table(self, calibration: Calibration | None = None) -> Table:
         """The table: as configured, or with the board where the calibration found it."""
         board = self.table
@@ -334,7 +338,7 @@ class Config(Section):
             pieces=self.pieces.piece_set(),
             gripper=self.gripper,
             space=board.space,
-            aside=_CLEAR_OF_THE_VIEW if self.has_camera else 0.0,
+            aside=self._aside(board.square) if self.has_camera else 0.0,
         )
 
 

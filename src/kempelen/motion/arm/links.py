@@ -103,19 +103,21 @@ def _against_pieces(
     sample, body = np.nonzero(lowest < obstacles.top.max() + near[:, None])
     if not len(sample):
         return flags, []
-    start, end = found.start[sample, body], found.end[sample, body]
-    gap = _from_cylinders(start, end, found.radius[body], obstacles, near[sample])  # (k, c)
-    least = gap.argmin(axis=1)
-    gap = gap[np.arange(len(gap)), least]
+    start, end, radius = found.start[sample, body], found.end[sample, body], found.radius[body]
+    gap = _from_cylinders(start, end, radius, obstacles, near[sample]).min(axis=1)
     flags[sample[gap < near[sample]]] = True
+    if not (gap < touch[sample]).any():
+        return flags, []
+    gaps = _from_cylinders(start, end, radius, obstacles, touch[sample])
     contacts = [
         Contact(
             _NAME,
-            scene.name(int(obstacles.piece[least[i]])),
-            float(touch[sample[i]] - gap[i]),
-            point_of(at[sample[i], -1, :3, 3]),
+            scene.name(int(obstacles.piece[row.argmin()])),
+            float(touch[i] - row.min()),
+            point_of(at[i, -1, :3, 3]),
         )
-        for i in np.flatnonzero(gap < touch[sample])
+        for i, row in zip(sample.tolist(), gaps, strict=True)
+        if row.min() < touch[i]
     ]
     return flags, contacts
 
