@@ -11,14 +11,15 @@ import typer
 
 from kempelen import __version__
 from kempelen.cli import games, records
+from kempelen.cli.arm import arm
 from kempelen.cli.bench import bench
 from kempelen.cli.calibrate import calibrate_board
 from kempelen.cli.doctor import config, doctor
 from kempelen.cli.engines import engines
 from kempelen.cli.jog import jog
+from kempelen.cli.node import node
 from kempelen.cli.record import record
 from kempelen.cli.remote import remote
-from kempelen.cli.node import node
 from kempelen.cli.see import see
 from kempelen.cli.serve import serve
 from kempelen.cli.setup import setup
@@ -68,9 +69,10 @@ app.command(rich_help_panel=_GAMES)(serve)
 for _command in (games.play, games.watch, games.replay, games.resume, setup, records.games, records.pgn):
     app.command(rich_help_panel=_GAMES)(_command)
 app.add_typer(remote, rich_help_panel=_GAMES)
-app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)
-app.command(rich_help_panel=_MACHINE)(jog)
 app.add_typer(node, rich_help_panel=_GAMES)
+app.command("calibrate", rich_help_panel=_MACHINE)(calibrate_board)
+app.add_typer(arm, rich_help_panel=_MACHINE)
+app.command(rich_help_panel=_MACHINE)(jog)
 app.command(rich_help_panel=_MACHINE)(see)
 app.command(rich_help_panel=_MACHINE)(record)
 app.command(rich_help_panel=_MACHINE)(twin)

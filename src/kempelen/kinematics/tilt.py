@@ -24,6 +24,7 @@ MOST_TILT = float(np.radians(60.0))
 """Beyond this the gripper is refused unless the caller allows more, rad."""
 
 _INWARDS = 1e-7  # rad, by which the ends of a range are kept off the limits, against rounding
+_SLIGHT = 1e-6  # rad: no tilt at all is a range of this width
 _SAME = 1e-9  # rad: events no farther apart are one
 
 
@@ -86,7 +87,7 @@ def least_tilt(
 
 def tilts(arm: Arm, position: npt.ArrayLike, most: float = MOST_TILT, roll: float = 0.0) -> list[Tilts]:
     """All ranges of tilts at a place (3,) mm, per branch, least tilt first; empty where there are none."""
-    point = np.asarray(position, dtype=np.float64).reshape(1, 3)
+    point, most = np.asarray(position, dtype=np.float64).reshape(1, 3), max(most, _SLIGHT)
     edges, fits = _stretches(arm, point, most, roll)
     found = [
         Tilts(*ends, branch)
@@ -108,7 +109,7 @@ def tilt_range(arm: Arm, positions: npt.ArrayLike, most: float = MOST_TILT, roll
     Returns:
         (..., 2) rad: ends of the range that holds the least tilt; NaN where there is none.
     """
-    points = np.asarray(positions, dtype=np.float64)
+    points, most = np.asarray(positions, dtype=np.float64), max(most, _SLIGHT)
     edges, fits = _stretches(arm, points.reshape(-1, 3), most, roll)
     low, high = edges[:, :-1], edges[:, 1:]
     away = np.maximum(np.maximum(low, -high), 0.0)[:, :, None]
