@@ -17,6 +17,7 @@ from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
 from kempelen.app.judge import BoardJudge
 from kempelen.app.layouts import board_of, layout_after
+from kempelen.app.persistent import persistent
 from kempelen.app.reed import open_reed, until_right
 from kempelen.app.table_session import TableSession
 from kempelen.core import events
@@ -82,6 +83,7 @@ class GameEyes:
         busy: Tells whether the robot is at work: it is then over the board itself.
         position: Tells the game so far.
         bumped: Called when board or camera are seen to have moved.
+        trouble: Why the board is not being watched at the moment; empty while it is.
     """
 
     def __init__(self, config: Config, tell: Callable[[events.Event], None]) -> None:
@@ -106,6 +108,7 @@ class GameEyes:
         self.reader = CameraReader(
             lambda: self.sensor, self._advise, REED_PARAMETERS if config.felt_only else CAMERA_PARAMETERS
         )
+        self.trouble = ""
         self.busy: Callable[[], bool] = lambda: False
         self.position: Callable[[], chess.Board] = chess.Board
         self.bumped: Callable[[], Awaitable[None]] = _nothing
@@ -171,7 +174,7 @@ class GameEyes:
             raise
         self._sensor = self._together()
         self.verifier = SensorVerifier(self._sensor, self._judge)
-        self._watching = asyncio.create_task(self._watch())
+        self._watching = asyncio.create_task(persistent(self._watch, self._stumbled))
         return self
 
     async def _open_eye(self, session: TableSession) -> None:
@@ -304,6 +307,8 @@ class GameEyes:
         """A question or advice; the reed board lights the squares that it is about, and sounds a warning."""
         if self.reed is not None and isinstance(event, events.BoardDiffers):
             self.reed.warn(event.advice)
+        elif self.reed is not None and isinstance(event, events.SensorUnsure):
+            self.reed.show(event.question)
         self._tell(event)
 
     def _tell_of_switch(self, fault: SwitchFault) -> None:
@@ -330,6 +335,18 @@ class GameEyes:
             if seen.sight is Sight.NO_CAMERA and now - max(since, revived) > _REVIVE_S:
                 revived = now
                 await self._revive()
+            self._goes_well(seen)
+
+    def _stumbled(self, error: Exception) -> None:
+        """The game would wait for ever if nobody watched, and nobody knew why."""
+        text = f"A fault of the program stopped the watching of the board; it was started again: {error!r}."
+        self.trouble = say("eyes_fault", text)
+        self._tell(events.SensorChanged(self._told, self.trouble))
+
+    def _goes_well(self, seen: Observation) -> None:
+        if self.trouble:
+            self.trouble = ""
+            self._tell(events.SensorChanged(seen.sight, seen.message))
 
     def _tell_of_hands(self, seen: Observation) -> None:
         hand = seen.hand and not self.busy()

@@ -203,6 +203,7 @@ class Station(StationEyes):
                 self._tell(Change.ROBOT)
             case events.SensorChanged() | events.HandOverBoard():
                 self._tell(Change.EYES)
+                self._look_for_faults()
             case _:
                 self._tell(Change.GAME)
 

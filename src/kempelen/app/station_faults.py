@@ -14,7 +14,12 @@ _KEPT = say("game_is_kept", "The game is kept.")
 
 
 def faults_of(
-    robot: RobotState | None, *, playing: bool, ended_by: KempelenError | None, trouble: KempelenError | None
+    robot: RobotState | None,
+    *,
+    playing: bool,
+    ended_by: KempelenError | None,
+    trouble: KempelenError | None,
+    eyes: str = "",
 ) -> tuple[StationFault, ...]:
     """The gravest first.
 
@@ -23,6 +28,7 @@ def faults_of(
         playing: Whether a game is being played: it homes the robot itself.
         ended_by: What cut the game off that is still shown.
         trouble: Why there is no table, or why its calibration cannot be used.
+        eyes: Why the board is not being watched.
     """
     found = []
     of_robot = _of_robot(robot, playing=playing) if robot is not None else None
@@ -38,6 +44,8 @@ def faults_of(
         found.append(
             StationFault(say("fault_calibration", "The calibration cannot be used"), _words(trouble))
         )
+    if eyes:
+        found.append(StationFault(say("fault_eyes", "The board is not being watched"), eyes))
     return tuple(found)
 
 

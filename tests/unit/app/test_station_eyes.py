@@ -17,8 +17,10 @@ from kempelen.app.camera_pose import BoardPose, CameraPose, save_camera_pose
 from kempelen.app.config import Config
 from kempelen.app.station_types import Change
 from kempelen.core.errors import CalibrationError, GameError, SensorError
+from kempelen.core.events import SensorChanged
 from kempelen.core.geometry import Transform
 from kempelen.core.places import Layout
+from kempelen.core.senses import Sight
 from kempelen.frames.host import CameraProcess
 from kempelen.frames.recording import Recording
 from kempelen.testing.cameras import SCRIPTED
@@ -36,6 +38,7 @@ class FakeEyes:
     tell: Any
     board: Transform = field(default_factory=lambda: Transform.about_z(0.0, (160.0, 25.0, 0.0)))
     ring: str = ""
+    trouble: str = ""
     expected: Layout | None = None
 
     def __post_init__(self) -> None:
@@ -87,6 +90,18 @@ async def test_opened_and_closed(table: MemoryStation) -> None:
     assert station.eyes is first
     await station.set_eyes(on=False)
     assert station.eyes is None
+
+
+async def test_who_does_not_watch_is_a_fault_until_it_does(table: MemoryStation) -> None:
+    station = table.station
+    await station.set_eyes(on=True)
+    await station.home()
+    for trouble, titles in (("It has stumbled.", ["The board is not being watched"]), ("", [])):
+        table.changes.clear()
+        eyes(table).trouble = trouble
+        eyes(table).tell(SensorChanged(Sight.CLEAR))
+        assert [fault.title for fault in station.faults] == titles
+        assert Change.STATION in table.changes
 
 
 async def test_a_parameter_is_kept_for_the_next_time(table: MemoryStation) -> None:
