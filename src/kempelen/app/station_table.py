@@ -144,6 +144,7 @@ class StationTable:
             playing=self.playing is not None,
             ended_by=self._run.error if self._run is not None else None,
             trouble=self._idle.trouble if self._idle is not None else self._trouble,
+            eyes=self.eyes.trouble if self.eyes is not None else "",
         )
 
     def require_session(self) -> TableSession:
@@ -309,6 +310,20 @@ class StationTable:
             self._trouble = error
             raise
         self._attend(self._idle.session.robot)
+        await self._home_own_twin(self._idle.session)
+
+    async def _home_own_twin(self, session: TableSession) -> None:
+        """A machine is never homed without being asked; near our own twin nobody can be hurt.
+
+        It takes no longer than it must. What goes wrong is a fault that is shown, as of any other homing.
+        """
+        if session.twin is None or session.control is None:
+            return
+        with suppress(KempelenError):
+            await session.control.ask("speed", speed=0)
+            await self._interruptible(session.robot.home(), say("homing_stopped", "Homing was stopped."))
+        with suppress(KempelenError):
+            await session.control.ask("speed", speed=self.speed)
 
     async def _put_away(self) -> None:
         """The table of the game, or the station's own, with robot at rest."""
@@ -345,14 +360,18 @@ class StationTable:
     async def _watch(self, robot: Robot) -> None:
         async for _ in robot.watch():
             self._tell(Change.ROBOT)
-            if self.faults != self._faults:
-                self._faults = self.faults
-                self._tell(Change.STATION)
+            self._look_for_faults()
+
+    def _look_for_faults(self) -> None:
+        if self.faults != self._faults:
+            self._faults = self.faults
+            self._tell(Change.STATION)
 
     def _hear_eyes(self, event: object) -> None:
         """Of the station's own table: nobody plays, so that only what is seen has changed."""
         del event
         self._tell(Change.EYES)
+        self._look_for_faults()
 
 
 def _heard(task: "asyncio.Future[Any]") -> None:

@@ -29,7 +29,6 @@ _KNOWN = (
     "hoichess",
     "lc0",
     "phalanx",
-    "polyglot",
     "sjeng",
     "toga2",
 )

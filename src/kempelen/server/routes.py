@@ -1,6 +1,7 @@
 """HTTP: what is, who is there, games, engines; and every command."""
 
 import io
+import re
 from itertools import islice
 from typing import Annotated
 
@@ -8,9 +9,11 @@ import segno
 from fastapi import APIRouter, Path, Query, Response
 
 from kempelen.app.paths import journal_path
+from kempelen.core.errors import NotationError
+from kempelen.core.words import say
 from kempelen.game.game_log import pgn_of
 from kempelen.game.journal import JournalReader
-from kempelen.game.pgn import GameHeading, headings
+from kempelen.game.pgn import GameHeading, headings, parse_game
 from kempelen.server.commands import AnyCommand, Pgn, Reply, Role
 from kempelen.server.deeds import PGN_LIMITS
 from kempelen.server.engines import EngineView, offered
@@ -119,6 +122,8 @@ class PgnList(Model):
 
 
 _LISTED = 500
+_NUMBERED = re.compile(r"\b1\s*\.")
+"""The number of a first move."""
 _NAME = 200
 
 
@@ -192,7 +197,32 @@ def contents(upload: Upload) -> PgnList:
     """Which games are in a PGN file."""
     stream = io.BytesIO(upload.pgn.encode("utf-8", "replace"))
     found = list(islice(headings(stream, "The file", limits=PGN_LIMITS), _LISTED + 1))
+    if not found[0].headers:
+        _require_moves(upload.pgn)
     return PgnList(games=tuple(map(_heading, found[:_LISTED])), more=len(found) > _LISTED)
+
+
+def _require_moves(text: str) -> None:
+    """A game without tags is told from any other text by its moves.
+
+    Raises:
+        NotationError: it has none, or one that cannot be played.
+    """
+    try:
+        score = parse_game(text, limits=PGN_LIMITS)
+    except NotationError:
+        if _NUMBERED.search(text):
+            raise
+        raise _no_game() from None
+    if not score.moves:
+        raise _no_game()
+
+
+def _no_game() -> NotationError:
+    return NotationError(
+        say("no_pgn_text", "This is no game in PGN: there is no move in it."),
+        hint=say("pgn_looks_like", "A game looks like this: 1. e4 e5 2. Nf3 Nc6"),
+    )
 
 
 def _heading(found: GameHeading) -> Heading:
