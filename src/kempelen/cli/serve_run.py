@@ -46,8 +46,9 @@ def run(
             threading.Thread(target=webbrowser.open, args=(where.url,), daemon=True).start()
 
     with told_of_warnings(lambda text: console.print(text, markup=False, style="yellow")):
-        asyncio.run(serve(config, options, opened))
-    console.print("The robot is at rest, and the game is kept. Go on with: kempelen serve")
+        game = asyncio.run(serve(config, options, opened))
+    kept = "" if game is None else f" Game {game} is kept: go on with it in the page, after kempelen serve."
+    console.print(f"The robot is at rest.{kept}")
 
 
 def _tell(console: Console, where: Opened) -> None:

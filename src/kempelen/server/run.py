@@ -79,13 +79,16 @@ class Opened:
     exposed: bool
 
 
-async def serve(config: Config, options: ServeOptions, opened: Callable[[Opened], None]) -> None:
+async def serve(config: Config, options: ServeOptions, opened: Callable[[Opened], None]) -> int | None:
     """Serve until SIGINT, SIGTERM or SIGHUP; then the robot is at rest and the game kept.
 
     Args:
         config: Of the station.
         options: How to serve.
         opened: Called once when it answers.
+
+    Returns:
+        Number of the game that was going on when it ended, and can be gone on with; None for none.
 
     Raises:
         ConfigError: the port or the options cannot be used, or another server has this data directory.
@@ -112,6 +115,8 @@ async def serve(config: Config, options: ServeOptions, opened: Callable[[Opened]
                 opened(_told(house, options, origin, port, made))
 
             await _run(server, listening, partial(_connecting, station) if options.connect else None, answers)
+            live = station.live
+            return live.arbiter.game if live is not None and live.arbiter.state.ended is None else None
 
 
 def _told(house: House, options: ServeOptions, origin: str, port: int, made: Certificate | None) -> Opened:
