@@ -30,10 +30,10 @@ class EngineView(Model):
 def offered(config: Config) -> tuple[EngineView, ...]:
     """All that can be chosen, the usual one first."""
     usual = config.engine.path.rpartition("/")[2] or "The best at hand"
-    maias = (
-        EngineView(engine=f"maia-{elo}", name=f"Maia {elo}", levels=False) for elo in Shelf.here().maia_elos
-    )
-    return EngineView(engine="", name=usual), EngineView(engine=_STOCKFISH, name="Stockfish"), *maias
+    shelf = Shelf.here()
+    maias = (EngineView(engine=f"maia-{elo}", name=f"Maia {elo}", levels=False) for elo in shelf.maia_elos)
+    others = (EngineView(engine=name, name=name) for name in shelf.others())
+    return EngineView(engine="", name=usual), EngineView(engine=_STOCKFISH, name="Stockfish"), *maias, *others
 
 
 def require_offered(config: Config, *wanted: str) -> None:
