@@ -1,7 +1,7 @@
 """How far an arm's gripper may be off a piece and still take it: tried out in physics.
 
 A piece alone is gripped with the pads off its axis, lifted, put back and let go. What counts as taken was not
-touched before the fingers closed, was held in the air and stands afterwards: a finger that comes down on a
+touched before the fingers closed, hung between the pads and stands afterwards: a finger that comes down on a
 head would press it into the board, or stall the arm.
 """
 
@@ -38,6 +38,8 @@ _LIFT = 40.0
 _UP = np.array([0.0, 0.0, 1.0])
 _UNTOUCHED = 0.2
 """mm"""
+_CENTRED = 2.0
+"""Half of what a placement may be off, mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,11 +100,16 @@ class GraspTrial:
         untouched = self._world.piece(self._id).distance(x, y) < _UNTOUCHED
         self._wait(closed=True)
         self._drive(grip, tilt, 0.0, _LIFT, closed=True)
-        held = self._world.held() == self._id
+        held = self._world.held() == self._id and self._centred()
         self._drive(grip, tilt, _LIFT, self._table.gripper.release_height, closed=True)
         self._wait(closed=False)
         self._drive(grip, tilt, 0.0, _ABOVE, closed=False)
         return untouched and held and self._stands()
+
+    def _centred(self) -> bool:
+        """Whether the pads have it, rather than the fingers above them."""
+        x, y, _ = self._world.tool_mm
+        return self._world.piece(self._id).distance(x, y) < _CENTRED
 
     def _stands(self) -> bool:
         for _ in range(int(3.0 / _TICK)):
