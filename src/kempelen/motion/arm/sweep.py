@@ -20,7 +20,7 @@ import numpy.typing as npt
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import PieceShape
 from kempelen.kinematics.arm import Arm
-from kempelen.kinematics.chain import frames
+from kempelen.kinematics.chain import forward, frames
 from kempelen.motion.arm import links
 from kempelen.motion.arm.body import Hand, Prisms, hand, prisms
 from kempelen.motion.arm.obstacles import FINEST, gaps, lacks, obstacles, point_of
@@ -136,16 +136,37 @@ class _Sweeper:
 
     def surfaces(self) -> Iterator[Contact]:
         """The hand above board, trays and the table; heights are linear along a piece but for the bow."""
-        turn = np.abs(np.diff(self.joints, axis=0)).sum(axis=1)
+        joints = self._denser_at_ends()
+        turn = np.abs(np.diff(joints, axis=0)).sum(axis=1)
         bow = np.concatenate((turn, [0.0])) ** 2
         bow = np.maximum(bow, np.concatenate(([0.0], bow[:-1]))) * links.reach(self.arm) / 8.0
-        for surface, lack in lacks(self.scene, self.shape, self.parts, self.spread + bow):
+        parts = prisms(self.shape, forward(self.arm, joints))
+        for surface, lack in lacks(self.scene, self.shape, parts, self.spread + bow):
             sample, part = np.unravel_index(int(lack.argmax()), lack.shape)
             if lack[sample, part] > _ROUNDING:
                 name, depth = self.shape.names[part], float(lack[sample, part])
-                yield Contact(name, f"the {surface.name}", depth, point_of(self.parts.tool[sample]))
+                yield Contact(name, f"the {surface.name}", depth, point_of(parts.tool[sample]))
+
+    def _denser_at_ends(self) -> Array:
+        """The joints, with more of them between where a carried piece still stands: soon it may not."""
+        if self.held is None:
+            return self.joints
+        tool = self.parts.tool[:, :2]
+        reach = self.scene.clearances.align + self.spread
+        near = (np.linalg.norm(tool[:, None] - tool[[0, -1]], axis=2) < reach).any(axis=1)
+        way = np.linalg.norm(np.diff(tool, axis=0), axis=1)
+        pieces = [
+            first + np.linspace(0.0, 1.0, int(length / _STEP) + 2)[:-1, None] * (last - first)
+            if close
+            else first[None]
+            for first, last, length, close in zip(
+                self.joints[:-1], self.joints[1:], way.tolist(), (near[:-1] | near[1:]).tolist(), strict=True
+            )
+        ]
+        return np.concatenate([*pieces, self.joints[-1:]])
 
 
+_STEP = 0.2  # mm
 _ROUNDING = 1e-6  # mm
 
 
