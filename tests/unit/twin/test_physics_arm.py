@@ -146,8 +146,8 @@ def test_a_grasp_forgives_what_the_opening_leaves_beside_the_head() -> None:
     free = (TABLE.gripper.opening - TABLE.pieces[chess.KNIGHT].head_diameter) / 2
     assert trial.taken(0.0, 0.0, free - 0.2)
     assert not trial.taken(0.0, 0.0, free + 1.0)
-    assert trial.taken(0.0, 5.0, 0.0)
-    assert not trial.taken(0.0, 9.0, 0.0)
+    assert trial.taken(0.0, 1.5, 0.0)
+    assert not trial.taken(0.0, 4.0, 0.0)  # gripped by the blades' edges, and not drawn to the middle
 
 
 def test_the_margin_is_the_last_error_that_is_forgiven(monkeypatch: pytest.MonkeyPatch) -> None:
