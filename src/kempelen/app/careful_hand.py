@@ -20,10 +20,11 @@ STANDS_OFF = 1.5
 """How far off its place's centre a piece may stand before it was ever gripped, mm."""
 SET_DOWN = 2.5
 """How far off its place's centre a piece may be set down, mm."""
-_TRANSFERS_AHEAD = 2
-"""A move is one transfer or two: when the hand is parked, the budget must last for the next one."""
-_STOPS_A_TRANSFER = 4
-"""Above the source, at it, above the target, at it."""
+_STOPS_TO_GRASP, _STOPS_TO_LAND = 1, 2
+"""A way is driven without a stop: one leads to the piece, another one to where it is set down."""
+_LIKELY = 0.15
+"""Share of the pieces whose grasp may fail after a move: with more, the arm is homed while there is time."""
+_STOPS_A_MOVE = 4
 
 
 class Grasp(NamedTuple):
@@ -80,7 +81,8 @@ class CarefulHand:
 
     async def carry(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> TransferReport:
         """As `Hand.carry`; the arm is homed first when it cannot be sure of the grasp or the landing."""
-        if self._spent([self._grasp(transfer), self._landing(transfer)], stops=_STOPS_A_TRANSFER):
+        grasp, landing = self._grasp(transfer), self._landing(transfer)
+        if self._drifted and (self._spent(grasp, _STOPS_TO_GRASP) or self._spent(landing, _STOPS_TO_LAND)):
             await self._hand.park(standing)
             await self._home()
 
@@ -99,8 +101,10 @@ class CarefulHand:
         """As `Hand.park`; if the arm must be homed soon, then now, out of the way, while somebody thinks."""
         await self._hand.park(standing)
         grasps = list(self._likely(standing))
-        if grasps and self._spent(grasps, stops=_STOPS_A_TRANSFER * _TRANSFERS_AHEAD):
+        at_risk = sum(self._spent(grasp, _STOPS_A_MOVE) for grasp in grasps)
+        if self._drifted and at_risk > _LIKELY * len(grasps):
             await self._home()
+            await self._hand.park(standing)  # homing ends where the arm may hide the board
 
     async def hold(self) -> None:
         """As `Hand.hold`."""
@@ -133,15 +137,16 @@ class CarefulHand:
         self.rehomings += 1
         self.released.clear()
 
-    def _spent(self, grasps: Iterable[Grasp], *, stops: int) -> bool:
-        """Whether after so many stops of every joint one of the grasps may fail."""
-        arm = self._arm.arm
-        later = self._arm.errors
-        for grasp in grasps:
-            after = later.after(arm, np.stack([grasp.joints + i for i in range(stops + 1)]))
-            if after.tool(arm, grasp.joints).aside_known > grasp.allowed:
-                return True
-        return False
+    @property
+    def _drifted(self) -> bool:
+        """Whether homing would help: just homed, the arm is as sure as it can be."""
+        return int(self._arm.errors.stops.max()) > _STOPS_TO_LAND
+
+    def _spent(self, grasp: Grasp, stops: int) -> bool:
+        """Whether after so many stops of every joint the grasp may fail."""
+        arm, turned = self._arm.arm, np.arange(stops + 1)[:, None]
+        later = self._arm.errors.after(arm, grasp.joints + turned)
+        return later.tool(arm, grasp.joints).aside_known > grasp.allowed
 
     def _grasp(self, transfer: Transfer) -> Grasp:
         point = self.table.grip_point(transfer.source, transfer.piece.piece_type)
