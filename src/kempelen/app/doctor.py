@@ -19,6 +19,7 @@ from kempelen.app.config import Config, default_config_path, load_config
 from kempelen.app.doctor_camera import check_camera_pose, examine_camera
 from kempelen.app.doctor_ports import examine_port, examine_serial_ports
 from kempelen.app.doctor_probe import examine_physics, examine_rendering
+from kempelen.app.doctor_reed import examine_reed
 from kempelen.app.doctor_rows import Check, fail, failed, ok, warn
 from kempelen.app.fitting import misfits
 from kempelen.core.calibration import Calibration
@@ -75,7 +76,9 @@ async def examine_machine(config: Config, *, at_play: bool = False) -> AsyncIter
     yield await examine_rendering()
     if not at_play:
         yield await examine_camera(config)
-    if config.has_eyes:
+        if config.sensor.reed:
+            yield await examine_reed(config)
+    if config.has_camera:
         yield check_camera_pose(config)
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from kempelen.cli.options import CameraOption, ConfigOption, DataDirOption, Edge
+from kempelen.cli.options import CameraOption, ConfigOption, DataDirOption, Edge, SensorOption
 
 
 def see(
@@ -19,6 +19,7 @@ def see(
         typer.Option("--white", help="Where White sits in --image.", show_default="told by the pieces"),
     ] = None,
     camera: CameraOption = None,
+    sensor: SensorOption = None,
     png: Annotated[
         Path | None, typer.Option("--png", help="Write the annotated view to this file, and end.")
     ] = None,
@@ -34,7 +35,7 @@ def see(
     config: ConfigOption = None,
     data_dir: DataDirOption = None,
 ) -> None:
-    """See what the camera sees: board, squares, heights, hand, likelihoods, parameters.
+    """See what the camera sees: board, squares, heights, hand, likelihoods; or what the reed board feels.
 
     While it shows, type NAME=VALUE to override a parameter, NAME= to give it back, q to end.
 
@@ -42,13 +43,16 @@ def see(
 
         kempelen see                                the twin's camera
         kempelen see --camera realsense --png view.png
+        kempelen see --sensor reed                  the reed board's switches
         kempelen see --image board.jpg              position and FEN of a photo
         kempelen see --image board.jpg --depth board-depth.png --white bottom
     """
-    from kempelen.cli import see_run, start
+    from kempelen.cli import see_reed, see_run, start
 
-    settings = start.configured(config, camera__source=camera, data__dir=data_dir)
+    settings = start.configured(config, camera__source=camera, sensor__kind=sensor, data__dir=data_dir)
     if image is not None:
         see_run.see_image(image, depth, white.value if white else None, png)
+    elif settings.felt_only:
+        see_reed.see_reed(settings, fen, once=once)
     else:
         see_run.see_camera(settings, fen, png, see_run.numbers(overrides or []), once=once)

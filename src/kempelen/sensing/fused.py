@@ -14,6 +14,8 @@ from kempelen.sensing.moves.evidence import bounded
 
 PATIENCE_S = 2.0
 """A sensor that cannot be believed for so long, while another one can, is left out."""
+START_S = 20.0
+"""One that has never said anything yet may still be starting."""
 BACK_S = 1.0
 """One that sees again for so long is believed again."""
 _DOUBT = 1e-6
@@ -135,7 +137,8 @@ class FusedSensor:
             )
             if member.out or not others:
                 continue
-            if name not in fresh and now - began >= PATIENCE_S:
+            patience = PATIENCE_S if member.latest is not None else START_S
+            if name not in fresh and now - began >= patience:
                 self._leave_out(name, member, "it says nothing")
             elif (seen := member.troubled(now)) is not None:
                 self._leave_out(name, member, seen.message or seen.sight.value)

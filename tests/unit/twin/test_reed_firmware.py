@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C++ compiler (g++, 
 @pytest.fixture(scope="module")
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("firmware") / "board"
-    command = [
+    command: list[str | Path] = [
         str(COMPILER),
         "-std=c++11",
         "-Wall",

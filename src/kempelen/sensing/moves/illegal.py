@@ -37,6 +37,8 @@ def _reason(board: chess.Board, found: Sequence[Difference], todo: Sequence[Repa
     if len(moved) == 1 and not rest and all(r.target == moved[0].source for r in gone):
         home, target = moved[0].target, moved[0].source
         if home is not None and target is not None:
+            if any((m.from_square, m.to_square) == (home, target) for m in board.legal_moves):
+                return ""  # one move too many, and nothing else against it
             return say("not_legal", f"That is no legal move: {why_illegal(board, home, target)}.")
     return _two_moves(board, found)
 

@@ -37,6 +37,7 @@ _OTHER = 0.003  # a piece of the other side elsewhere: taking moves back, or non
 _UNSEEN = 0.3  # one that has left a square whose switch cannot be believed
 _SLID = 0.02  # a neighbour on its way across the edge of two squares
 _BESIDE = 0.01  # one from beside the board
+_UNCALLED = 1e-5  # times these three, while a piece is in the air
 _GHOST = 0.05  # an event that does not fit what was followed
 
 
@@ -124,6 +125,12 @@ class Men:
         own = [each for each in way.aloft if _is_white(each.man) is self.board.turn]
         return f"{own[-1].man}{chess.square_name(own[-1].home)}" if own else ""
 
+    def comes_from(self, target: int) -> int:
+        """Squares from which the side to move can reach one of ``target``."""
+        return sum(
+            1 << home for home, goals in self._goals.items() if any(target >> goal & 1 for goal in goals)
+        )
+
     def follow(self, change: Change, unsure: int = 0) -> None:
         """A piece was lifted or set.
 
@@ -148,6 +155,8 @@ class Men:
             before = way if way.standing[square] == "." else way.lifted(square)
             for index, each in enumerate(before.aloft):
                 yield before.set_down(index, square), weight * self._comes_down(before, each, square)
+            if before.aloft:  # what was in the hand has come down, as good as certainly
+                weight *= _UNCALLED  # noqa: PLW2901 - of all that follows
             yield before.appeared(STRANGER, square), weight * _BESIDE
             for source in squares_in(_around(square) | unsure):
                 man = way.standing[source]

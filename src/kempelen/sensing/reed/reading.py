@@ -22,6 +22,8 @@ SUSPECT_MS = 2000
 """A switch that reads otherwise than a confirmed position for so long is at fault."""
 _MISSED, _FEIGNED = 1e-4, 1e-5
 """Probability that a piece is not felt on its square, and that an empty square reads closed."""
+_PERHAPS_STUCK = 0.13
+"""The same when a piece has come from nowhere: likely enough for a question, not for an answer."""
 _LEAST = 1e-5
 
 
@@ -173,13 +175,21 @@ class Reading:
         unsure = self._doubtful | self.faults.left_out
         closed, believed = _bits(self._closed), _bits(ALL_SQUARES & ~unsure)
         felt, unfelt = np.empty((64, 3)), np.empty((64, 3))
-        felt[:, EMPTY], felt[:, 1:] = _FEIGNED, colours
+        felt[:, EMPTY] = np.where(_bits(self._perhaps_stuck()), _PERHAPS_STUCK, _FEIGNED)
+        felt[:, 1:] = colours
         unfelt[:, EMPTY], unfelt[:, 1:] = 1.0, _MISSED
         out = np.where(closed[:, None], felt, unfelt)
         hidden = np.full((64, 3), 1 / 3)
         hidden[:, 1:] = 2 / 3 * colours
         told: Array = np.log(np.where(believed[:, None], out, hidden))
         return told
+
+    def _perhaps_stuck(self) -> int:
+        """Closed squares that a piece may have left all the same: one has come, and none has gone."""
+        known = ~(self._doubtful | self.faults.left_out)
+        before = occupied(self._board)
+        come, gone = self._closed & ~before & known, before & ~self._closed & known
+        return self._men.comes_from(come) if come and not gone else 0
 
 
 def _bits(mask: int) -> Array:

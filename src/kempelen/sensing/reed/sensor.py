@@ -114,9 +114,10 @@ class ReedSensor:
 
     def warn(self, advice: str) -> None:
         """Light the squares that a sentence names, and sound the warning; an empty one: all is well."""
-        if not advice:
-            self.board.light(0)
-            return
-        lit = sum(1 << square for square in {chess.parse_square(name) for name in _SQUARE.findall(advice)})
-        self.board.light(lit)
-        self.board.sound(Sound.WARN)
+        self.show(advice)
+        if advice:
+            self.board.sound(Sound.WARN)
+
+    def show(self, text: str) -> None:
+        """Light the squares that a sentence names, and no others."""
+        self.board.light(sum({1 << chess.parse_square(name) for name in _SQUARE.findall(text)}))
