@@ -18,6 +18,7 @@ from kempelen.motion.arm.plan import (
     plan_arm_approach,
     plan_arm_carry,
     plan_arm_leave,
+    plan_arm_lift,
 )
 from kempelen.motion.scene import Clearances, Scene
 from kempelen.robots.hand import TransferHand, Way
@@ -60,6 +61,11 @@ class ArmHand(TransferHand):
 
     def _leave(self, scene: Scene) -> Way:
         return _way(plan_arm_leave(self.arm, scene, self._joints(), bow=self.bow))
+
+    async def _lift(self) -> None:
+        plan = plan_arm_lift(self.arm, self.table, self._joints(), bow=self.bow)
+        if plan is not None:
+            await self._drive(_way(plan).action)
 
     def _joints(self) -> Array:
         """(n,) where the joints are, rad; a step's rounding beyond a range counts as inside."""

@@ -117,7 +117,7 @@ class TransferHand(ABC):
         """
         homed_now = await self._homed_now()
         if not homed_now:
-            await self.robot.retract()
+            await self._lift()
         if not (homed_now and self.home_is_aside):
             await self.park(self._anything)
         await self._open()
@@ -166,7 +166,7 @@ class TransferHand(ABC):
             RobotError: as `Robot.run`.
         """
         if not await self._homed_now():
-            await self.robot.retract()
+            await self._lift()
         plan = self._carry(self._scene(standing), transfer, after=None)
         await self._drive(plan.action, self._grip(closed=False))
         await checkpoint(Checkpoint.RELEASED)
@@ -238,6 +238,10 @@ class TransferHand(ABC):
 
     def _scene(self, standing: Layout) -> Scene:
         return Scene(self.table, standing, self._clearances)
+
+    async def _lift(self) -> None:
+        """Straight up, clear of whatever may stand there."""
+        await self.robot.retract()
 
     # --- ways -----------------------------------------------------------------------------------------------
 

@@ -13,21 +13,22 @@ from kempelen.core.errors import MotionError
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import piece_name
 from kempelen.core.places import Transfer
+from kempelen.core.table import Table
 from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.chain import forward
 from kempelen.motion.arm.grasp import park_joints, pose_over, transfer_rolls, transfer_tilt
-from kempelen.motion.arm.guidance import BOW, posture
-from kempelen.motion.arm.pacing import paced
+from kempelen.motion.arm.guidance import BOW, pose_of, posture, straight
+from kempelen.motion.arm.pacing import paced, rounded
 from kempelen.motion.arm.sweep import Held, sweep_arm
-from kempelen.motion.arm.synchrony import least_seconds, require_ranges
-from kempelen.motion.arm.trapezoid import Task, paths
+from kempelen.motion.arm.synchrony import TimedPath, least_seconds, require_ranges
+from kempelen.motion.arm.trapezoid import Task, corner_over, paths
 from kempelen.motion.scene import Clearances, Scene
 from kempelen.motion.sweep import Contact
 
 PLANNER = "slanted-trapezoid"
-ARM_CLEARANCES = Clearances(off_centre=2.0)
-"""On small squares there is less room for pieces off their centres; an arm that keeps account of its drift
-sets them down within 2 mm."""
+ARM_CLEARANCES = Clearances(align=1.0, off_centre=1.5)
+"""Where whole steps end is less exact than a gantry's millimetres, and small squares leave less room for
+pieces off their centres."""
 _TRIES = 4
 """Ways that kept their clearances and are swept before giving up."""
 
@@ -125,6 +126,22 @@ def plan_arm_leave(
     return plan_arm_reach(arm, scene, first, last, title="Leaving", bow=bow)
 
 
+def plan_arm_lift(arm: Arm, table: Table, start: npt.ArrayLike, *, bow: float = BOW) -> ArmPlan | None:
+    """Straight up from joint angles (n,) rad, whatever stands there, until clear of all; None where it is.
+
+    Where the arm cannot go straight up it leans outwards or inwards as little as it can.
+
+    Raises:
+        MotionError: a joint at its limit on the way.
+    """
+    first = _joints(start)
+    pose = pose_of(arm, first)
+    if pose.height >= table.park_height:
+        return None
+    above = corner_over(arm, pose, pose, table.park_height, 0.0)
+    return _plan(arm, paced(arm, rounded(arm, straight(arm, pose, above, "Lifting the hand", bow))))
+
+
 def plan_arm_reach(
     arm: Arm,
     scene: Scene,
@@ -154,15 +171,24 @@ def checked(task: Task) -> ArmPlan:
         timed = paced(task.arm, path)
         touched = sweep_arm(task.arm, task.scene, timed.joints, task.held)
         if not touched:
-            tool = forward(task.arm, timed.joints)[:, :3, 3]
-            bound = least_seconds(task.arm, task.start, task.end)
-            tilt = task.held.tilt if task.held else 0.0
-            return ArmPlan(timed.joints, timed.times, timed.seconds, bound, tool, tilt)
+            return _plan(task.arm, timed)
     what = f": {touched[0]}" if touched else ": no way keeps the clearances"
     more = f" (and {len(touched) - 1} more)" if len(touched) > 1 else ""
     raise MotionError(
         f"{task.title} ({PLANNER} planner){what}{more}. Nothing was sent.",
         hint="Straighten the pieces named, check the calibration and the sizes of pieces and gripper.",
+    )
+
+
+def _plan(arm: Arm, timed: TimedPath) -> ArmPlan:
+    first, last = timed.joints[0], timed.joints[-1]
+    return ArmPlan(
+        joints=timed.joints,
+        times=timed.times,
+        seconds=timed.seconds,
+        bound=least_seconds(arm, first, last),
+        vertices=forward(arm, timed.joints)[:, :3, 3],
+        tilt=pose_of(arm, last).tilt,
     )
 
 

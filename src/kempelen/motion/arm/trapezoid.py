@@ -110,7 +110,7 @@ def paths(task: Task) -> Iterator[Array]:
 def _way(task: Task, ends: tuple[Pose, Pose], height: float, bold: tuple[Boldness, Boldness]) -> Array:
     """The rounded path: up, across, down, as far as each is needed."""
     first, last = ends
-    over = [_over(task.arm, ends[i], ends[1 - i], height + bold[i].lift, bold[i].slant) for i in (0, 1)]
+    over = [corner_over(task.arm, ends[i], ends[1 - i], height + bold[i].lift, bold[i].slant) for i in (0, 1)]
     parts = [
         straight(task.arm, first, over[0], f"{task.title}, going up", _bow(task, first, bold[0])),
         arc(task.arm, over[0], over[1], f"{task.title}, going across", FREE_BOW),
@@ -138,8 +138,8 @@ def _bow(task: Task, end: Pose, bold: Boldness) -> float:
 _TURNED_BOW = 0.1  # mm
 
 
-def _over(arm: Arm, end: Pose, other: Pose, height: float, slant: float) -> Pose:
-    """The corner above one end; where the arm does not reach it, the nearest radius at which it does."""
+def corner_over(arm: Arm, end: Pose, other: Pose, height: float, slant: float) -> Pose:
+    """The corner above one end, ``slant`` of the way to the other, at the nearest radius within reach."""
     if height <= end.height:
         return end
     wanted = replace(
