@@ -1,5 +1,17 @@
 """Measurements against bounds and peers: `kempelen bench NAME`."""
 
 BENCHES = (
-    "arm", "cluster", "eyes", "frames", "kinematics", "motion", "page", "reed", "setup", "spectators", "twin", "vision",
-)  # fmt: skip
+    "arm",
+    "cluster",
+    "eyes",
+    "frames",
+    "kinematics",
+    "motion",
+    "nodes",
+    "page",
+    "reed",
+    "setup",
+    "spectators",
+    "twin",
+    "vision",
+)
