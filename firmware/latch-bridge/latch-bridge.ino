@@ -160,8 +160,7 @@ void begin(Phase phase) {
 }
 
 void search_tick() {
-  const bool slow = seek.phase >= BACK;
-  const uint16_t rate = slow ? seek.slow : seek.rate;
+  const uint16_t rate = seek.phase == TOUCH ? seek.slow : seek.rate;
   const uint16_t interval = rate < 4000 ? 4000 / rate : 1;
   const bool back = seek.phase == BACK || seek.phase == OFF;
   if (back ? seek.made >= seek.off : closed(seek.motor) == (seek.phase != LEAVE)) return;

@@ -5,13 +5,17 @@ arm that has been homed drives to where its switches must just not close, and ju
 again; the difference, by bisection to the step, is what was lost.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from kempelen.core.errors import AlarmError, RobotError
 from kempelen.core.geometry import Array
+from kempelen.motion.arm.synchrony import TimedPath
 from kempelen.robots.arm.mechanics import ArmAxes
+from kempelen.robots.grbl.codec import Axes
 from kempelen.robots.grbl.connect import at_rest
 from kempelen.robots.grbl.gate import Gate
 from kempelen.robots.grbl.gcode import number
@@ -63,75 +67,80 @@ class Lost:
 
 
 async def measure(session: Session, mechanics: ArmAxes, gate: Gate) -> Lost:
-    """Drive home joint by joint and find where each switch closes.
+    """Drive home and find where each switch closes.
 
     Raises:
         RobotError: as of any motion.
     """
-    finder = _Finder(session, mechanics, gate)
-    degrees = [0.0] * mechanics.motors.arm.n
-    for joint in mechanics.motors.order:
-        degrees[joint] = await finder.error(joint)
+    degrees = await _Finder(session, mechanics, gate).errors()
     motors = mechanics.motors
-    known = np.nan_to_num(np.array(degrees), nan=_WINDOW)
+    known = np.nan_to_num(degrees, nan=_WINDOW)
     steps = np.rint(motors.gearing.motors(known) * motors.steps_per_degree).astype(int)
     told = tuple(None if np.isnan(a) else int(n) for a, n in zip(degrees, steps, strict=True))
     return Lost(motors.arm.joint_names, told, tuple(known.tolist()))
 
 
 class _Finder:
-    """Drives joints to and fro across their switches."""
+    """Drives joints to and fro across their switches; all places are degrees beyond home, (n,)."""
 
     def __init__(self, session: Session, mechanics: ArmAxes, gate: Gate) -> None:
         self._session = session
         self._mechanics = mechanics
         self._motors = mechanics.motors
         self._gate = gate
+        self._finest = 1.0 / mechanics.motors.steps_per_degree
 
-    async def error(self, joint: int) -> float:
-        """Degrees by which a joint truly stands beyond where it is believed to; NaN for too many."""
-        nominal = float(self._motors.backs_off[joint])
-        finest = 1.0 / float(self._motors.steps_per_degree[joint])
-        inner, outer = nominal - _NEAR * finest, nominal + _NEAR * finest
-        if await self._pressed(joint, inner):
-            inner, outer = await self._search(joint, inner, -_STRIDE)
-        elif not await self._pressed(joint, outer):
-            inner, outer = await self._search(joint, outer, _STRIDE)
-        while outer - inner > finest * _ENOUGH:
+    async def errors(self) -> Array:
+        """(n,) degrees by which joints truly stand beyond where they are believed to; NaN for too many."""
+        nominal = self._motors.backs_off
+        await self._drive(self._mechanics.paths.home(self._joints()))
+        inner, outer = nominal - _NEAR * self._finest, nominal + _NEAR * self._finest
+        early, late = await self._pressed(inner), await self._pressed(outer)
+        for joint in self._motors.order:
+            if early[joint] or not late[joint]:
+                stride = -_STRIDE if early[joint] else _STRIDE
+                inner[joint], outer[joint] = await self._search(joint, inner, stride)
+        while (np.nan_to_num(outer - inner) > _ENOUGH * self._finest).any():
             middle = 0.5 * (inner + outer)
-            if await self._pressed(joint, middle):
-                outer = middle
-            else:
-                inner = middle
-        await self._go(joint, 0.0)
-        return float(self._motors.towards[joint]) * (nominal - outer)
+            pressed = await self._pressed(np.nan_to_num(middle))
+            inner, outer = np.where(pressed, inner, middle), np.where(pressed, middle, outer)
+        await self._pressed(np.zeros_like(inner))
+        found: Array = self._motors.towards * (nominal - outer)
+        return found
 
-    async def _search(self, joint: int, start: float, stride: float) -> tuple[float, float]:
-        """(open, pressed) degrees beyond home, a stride apart; NaN where there is no edge."""
-        at = start
-        while abs(at - start) < _WINDOW:
-            at += stride
-            if await self._pressed(joint, at) == (stride > 0):
-                return (at - stride, at) if stride > 0 else (at, at - stride)
+    async def _search(self, joint: int, others: Array, stride: float) -> tuple[float, float]:
+        """(open, pressed) places of one joint, a stride apart; NaN where there is no edge."""
+        places = np.nan_to_num(others)
+        start = float(places[joint])
+        while abs(places[joint] - start) < _WINDOW:
+            before = float(places[joint])
+            places[joint] += stride
+            pressed = (await self._pressed(places))[joint]
+            if pressed == (stride > 0):
+                return (before, float(places[joint])) if stride > 0 else (float(places[joint]), before)
         return float("nan"), float("nan")
 
-    async def _pressed(self, joint: int, beyond: float) -> bool:
-        """Whether a joint's switch is closed when the joint is ``beyond`` degrees beyond home."""
-        await self._go(joint, beyond)
+    async def _pressed(self, places: Array) -> npt.NDArray[np.bool_]:
+        """(n,) which switches are closed when all joints are there."""
+        target = self._motors.arm.home + np.radians(places) * self._motors.towards
+        await self._drive([self._mechanics.paths.turn_freely(self._joints(), target)])
         status = self._session.condition.status
-        return status is not None and self._motors.axes[joint] in status.pins
+        pins = status.pins if status is not None else ""
+        return np.array([letter in pins for letter in self._motors.axes])
 
-    async def _go(self, joint: int, beyond: float) -> None:
+    def _position(self) -> Axes:
         position = self._session.condition.position
         if position is None:
             raise RobotError("The controller reports no position.", hint="Send $10=1.")
-        joints: Array = self._motors.joints(position)
-        target = joints.copy()
-        turn = np.radians(beyond) * self._motors.towards[joint]
-        target[joint] = self._motors.arm.home[joint] + turn
-        path = self._mechanics.paths.turn_freely(joints, target)
+        return position
+
+    def _joints(self) -> Array:
+        return self._motors.joints(self._position())
+
+    async def _drive(self, paths: Sequence[TimedPath]) -> None:
+        program = self._mechanics.program(paths, self._position())
         await self._gate.wait()
-        await carry_out(self._session, self._mechanics.program([path], position), self._gate)
+        await carry_out(self._session, program, self._gate)
 
 
 _NEAR = 4  # steps to both sides of where the edge must be: it is looked at there first

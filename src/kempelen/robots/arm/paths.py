@@ -97,6 +97,13 @@ class ArmPaths:
         """All joints together from (n,) rad to (n,) rad."""
         return synchronise(self.arm, start, end)
 
+    def home(self, joints: Array) -> list[TimedPath]:
+        """Home in two goes: first the joint that lifts the hand, then all others."""
+        lifting, home = self.motors.order[0], self.arm.home
+        up = joints.copy()
+        up[lifting] = home[lifting]
+        return [self.turn_freely(joints, up), self.turn_freely(up, home)]
+
     def turn_freely(self, start: Array, end: Array) -> TimedPath:
         """As `turn`, also beyond a joint's range: a joint that has lost its place is not where it seems."""
         beyond = np.stack([np.minimum(start, end), np.maximum(start, end)], axis=1)

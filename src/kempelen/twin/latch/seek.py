@@ -64,8 +64,7 @@ class Seek:
     @property
     def interval(self) -> int:
         """Ticks from one step to the next."""
-        slow = self.phase in {Phase.TOUCH, Phase.BACK, Phase.OFF}
-        return max(TICKS // (self.slow if slow else self.rate), 1)
+        return max(TICKS // (self.slow if self.phase is Phase.TOUCH else self.rate), 1)
 
     def run(self, ticks: int, *, closed: bool, count: int) -> tuple[int, int]:
         """Let ticks pass until the next step, or all of them.

@@ -17,6 +17,7 @@ from kempelen.robots.grbl.gcode import GripperWiring
 from kempelen.robots.grbl.link import WINDOW, Link
 from kempelen.robots.grbl.mechanics import Mechanics
 from kempelen.robots.grbl.robot import Family, GrblRobot
+from kempelen.robots.grbl.running import carry_out
 from kempelen.robots.grbl.session import Session
 from kempelen.robots.grbl.timing import Timing
 from kempelen.robots.transport import Transport
@@ -55,11 +56,17 @@ class LatchArm(GrblRobot):
     async def _home(self, session: Session) -> None:
         """Joint by joint; the bridge tells at which count each switch closed.
 
+        An arm that knows where it is drives home first: turned alone, a joint drags others into their stops.
+
         Raises:
             AlarmError: a switch was not found (which joint's), or more steps were lost than are allowed; the
                 arm is at rest, in the latter case at home.
         """
-        counted = self._condition.homed
+        counted, position = self._condition.homed, self._condition.position
+        if counted and position is not None:
+            way = self._axes.paths.home(self._axes.joints(position))
+            await self._gate.wait()
+            await carry_out(session, self._axes.program(way, position), self._gate)
         await homing.home(session, self._gate, self._seek)
         if counted:
             self.lost = self._found()

@@ -74,7 +74,7 @@ class LatchAxes:
         inside = np.clip(tool, self.space.lower, self.space.upper)
         if float(np.abs(inside - tool).max()) < _OUTSIDE:
             return None
-        return self._program([self.paths.straight(inside, joints)], position)
+        return self.program([self.paths.straight(inside, joints)], position)
 
     def compile(self, group: Sequence[Action], position: Axes, wiring: GripperWiring) -> Program:
         """Lines for an atomic group, checked before the first byte goes out.
@@ -100,7 +100,7 @@ class LatchAxes:
 
     def retract(self, position: Axes) -> Program:
         """Straight up to the top of the work space, or as far as the arm reaches."""
-        return self._program([self.paths.retract(self.joints(position))], position)
+        return self.program([self.paths.retract(self.joints(position))], position)
 
     def jog(self, position: Axes) -> JogWay:
         """Along straight lines of the tool point."""
@@ -125,7 +125,8 @@ class LatchAxes:
         way = float(motors.motor_towards[joint]) * np.sign(float(motors.arm.steps_per_rad[joint]))
         return self.home_count(joint) + int(way) * round(PULL_OFF * float(motors.steps_per_degree[joint]))
 
-    def _program(self, paths: Sequence[TimedPath], position: Axes) -> Program:
+    def program(self, paths: Sequence[TimedPath], position: Axes) -> Program:
+        """Blocks for paths that follow each other."""
         lines, here = list[bytes](), np.rint(np.array(position)).astype(np.int64)
         for path in paths:
             more, here = self._blocks(path, here)
