@@ -140,6 +140,7 @@ async def test_damaged_bytes_and_a_stuck_switch(tmp_path: Path) -> None:
         assert [fault.kind for fault in reed.reading.faults.named] == ["stuck closed"]
 
 
+@pytest.mark.soak
 async def test_camera_and_reed_board_together_and_each_alone(tmp_path: Path) -> None:
     """The board's cable is pulled in mid-game: it is left out by name, and the camera goes on alone."""
     async with felt(tmp_path, sensor="camera,reed") as stage:

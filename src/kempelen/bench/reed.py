@@ -202,10 +202,10 @@ class Game:
                 kind = "promotions_asked" if move.promotion else "questions"
                 tally.counts[kind] += 1
                 right = (move,) in candidates
-                tally.counts["told"] += not right
+                self._told(counts=not right)
                 right = True  # whoever is asked says what was played
             case _:
-                tally.counts["told"] += 1
+                self._told(counts=True)
                 right = bool(self._fault)
         tally.counts["moves_right"] += right
         if bench.accepted and not right:
@@ -214,6 +214,11 @@ class Game:
             self._note(move)
         self._bench.magnets = _after(bench.board, move)
         bench.confirm(move)
+
+    def _told(self, *, counts: bool) -> None:
+        """The move had to be told: nothing that was asked had it."""
+        self._tally.counts["told"] += counts
+        self._tally.counts["told_with_sound_switches"] += counts and not self._fault
 
     def _go_wrong(self, wrong: chess.Move) -> None:
         """An impossible move is made; it has to be told, and is put right."""
@@ -326,6 +331,7 @@ def _figures(games: int, tally: Tally) -> dict[str, float]:
         "questions": float(counts["questions"]),
         "promotions_asked": float(counts["promotions_asked"]),
         "told": float(counts["told"]),
+        "told_with_sound_switches": float(counts["told_with_sound_switches"]),
         "wrong_accepts": float(counts["wrong_accepts"]),
         "wrong_moves": float(counts["wrong_moves"]),
         "wrong_moves_told": float(counts["wrong_moves_told"]),
