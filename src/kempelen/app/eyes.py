@@ -83,6 +83,7 @@ class GameEyes:
         busy: Tells whether the robot is at work: it is then over the board itself.
         position: Tells the game so far.
         bumped: Called when board or camera are seen to have moved.
+        latest: What was seen last.
         trouble: Why the board is not being watched at the moment; empty while it is.
     """
 
@@ -111,6 +112,7 @@ class GameEyes:
         self.trouble = ""
         self.busy: Callable[[], bool] = lambda: False
         self.position: Callable[[], chess.Board] = chess.Board
+        self.latest: Observation | None = None
         self.bumped: Callable[[], Awaitable[None]] = _nothing
 
     @property
@@ -238,10 +240,8 @@ class GameEyes:
                 self._stands(event.layout)
             case events.MoveProposed() | events.SettingUp():
                 self._coming = layout_after(self._coming, event.transfers)
-                if not self.reader.looks:
-                    self.expect(
-                        self._coming
-                    )  # a game that goes on with a move in hand: nothing was seen before
+                if not self.reader.looks:  # a game that goes on with a move in hand: nothing was seen before
+                    self.expect(self._coming)
             case events.TransferStarted():
                 self.reader.moves()
 
@@ -320,6 +320,7 @@ class GameEyes:
         last = Sight.STARTING
         async for seen in self.sensor.observe():
             now = asyncio.get_running_loop().time()
+            self.latest = seen
             self.reader.glance(seen)
             if self._eye is not None and self._eye.restarts != self._restarts:
                 self._restarts = self._eye.restarts

@@ -22,6 +22,7 @@ from kempelen.app.remeasure import board_by_camera, table_as_measured
 from kempelen.app.report import GameReport
 from kempelen.app.speed import parse_speed
 from kempelen.app.table_session import TableSession, calibrated_table, digest, twin_speed
+from kempelen.app.touch_up import TouchUp
 from kempelen.core.calibration import Calibration
 from kempelen.core.errors import ConfigError, GameError
 from kempelen.core.events import Event, GameOver
@@ -177,6 +178,7 @@ class LiveGame:
             self.eyes.busy = lambda: self.arbiter.moving
             self.eyes.position = lambda: self.board
             self.eyes.bumped = self.arbiter.pause
+            self.arbiter.events.listen(TouchUp(self.session, self.eyes).hear)
         self.arbiter.events.listen(self.measurements.listen)
         self.pgn = pgn_path(self._config.data_dir, log.game).absolute()
         self.arbiter.events.listen(PgnKeeper(self.pgn, lambda: log.state))
