@@ -24,7 +24,7 @@ _STOPS_TO_GRASP, _STOPS_TO_LAND = 1, 2
 """A way is driven without a stop: one leads to the piece, another one to where it is set down."""
 _LIKELY = 0.15
 """Share of the pieces whose grasp may fail after a move: with more, the arm is homed while there is time."""
-_STOPS_A_MOVE = 4
+_STOPS_A_MOVE = 2
 
 
 class Grasp(NamedTuple):
