@@ -37,8 +37,8 @@ async def test_an_arm_captures_en_passant_and_castles(tmp_path: Path) -> None:
 
 @pytest.mark.soak
 async def test_without_care_a_queen_is_missed_and_with_it_she_is_not() -> None:
-    way = ["Qa1", "Kc8", "Qg1", "Kd8", "Qb1", "Kc8", "Qf1", "Kd8"] * 3
-    score = replay_of("3k4/8/8/8/8/7K/8/3Q4 w - - 0 1", *way)
+    way = ["Qa1", "Kc8", "Qg1", "Kd8", "Qb1", "Kc8", "Qf1", "Kd8"] * 4
+    score = replay_of("3k4/8/8/8/8/7K/8/4Q3 w - - 0 1", *way)
     missed = await play(score, 1, UNCARED, until_failure=True)
     cared = await play(score, 1, ARM)
     assert missed.failed

@@ -35,9 +35,11 @@ ARM = {"robot.kind": "arm"}
 UNCARED = {**ARM, "robot.options": {"drift_budget": False}}
 """Nothing is done about the drift."""
 
-_QUEEN_FEN = "3k4/8/8/8/8/7K/8/3Q4 w - - 0 1"
-_QUEEN_WAY = ("a1", "g1", "b1", "f1", "a1", "g2", "b2", "f2", "a2", "g1", "b1", "f1")
+_QUEEN_FEN = "3k4/8/8/8/8/7K/8/4Q3 w - - 0 1"
+_QUEEN_WAY = ("a1", "g1", "b1", "f1")
 _KING_WAY = ("c8", "d8")
+_QUEEN_MOVES = 16
+"""Without fivefold repetition."""
 
 
 @dataclass
@@ -79,18 +81,21 @@ class _Arm:
         self.rows.append({"data": "with the drift in check", **row})
 
 
-def run(*, seed: int, pgn: Path | None, data: Path | None, progress: Progress) -> BenchResult:
+def run(
+    *, seed: int, pgn: Path | None, data: Path | None, games: int = GAMES, progress: Progress
+) -> BenchResult:
     """Play all of it.
 
     Args:
         seed: Of the special games, of how the pieces stand and of the drift.
         pgn: Other games instead of the first fifteen.
         data: Not used.
+        games: How many in all; with fewer, the first ones.
         progress: Told before each game.
     """
     del data
-    first = bench_games(seed, pgn)
-    more = [special_game(seed + len(first) + number) for number in range(GAMES - len(first))]
+    first = bench_games(seed, pgn)[:games]
+    more = [special_game(seed + len(first) + number) for number in range(games - len(first))]
     arm = _with_care([*first, *more], len(first), seed, progress)
     progress("The gantry, for comparison", 0.55)
     _, gantry = asyncio.run(play_score(first[0], seed))
@@ -132,7 +137,7 @@ def _queen(seed: int, progress: Progress) -> int:
 
 def _queen_alone() -> GameScore:
     board, moves = chess.Board(_QUEEN_FEN), list[chess.Move]()
-    for number in range(3 * len(_QUEEN_WAY)):
+    for number in range(_QUEEN_MOVES):
         for step in (f"Q{_QUEEN_WAY[number % len(_QUEEN_WAY)]}", f"K{_KING_WAY[number % 2]}"):
             move = board.parse_san(step)
             moves.append(move)

@@ -20,7 +20,7 @@ def bench(
     data: Annotated[Path | None, typer.Option("--data", help="Folder of recorded data.")] = None,
     games: Annotated[
         int | None,
-        typer.Option("--games", help="How many games.", min=0, show_default="eyes 50, cluster 150"),
+        typer.Option("--games", help="How many games.", min=0, show_default="arm 20, eyes 50, cluster 150"),
     ] = None,
     clients: Annotated[
         int | None,

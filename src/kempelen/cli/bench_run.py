@@ -17,7 +17,7 @@ from kempelen.core.errors import ConfigError
 
 _LINE_S = 10.0
 """Lines of progress, where there is no bar, come at most this often."""
-_TAKEN_BY = {"games": ("cluster", "eyes"), "clients": ("spectators",), "seconds": ("spectators",)}
+_TAKEN_BY = {"games": ("arm", "cluster", "eyes"), "clients": ("spectators",), "seconds": ("spectators",)}
 
 
 def run_bench(
