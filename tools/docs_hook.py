@@ -13,7 +13,7 @@ from kempelen.core import errors
 from kempelen.core.errors import KempelenError
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("core", "motion", "game", "engines", "robots", "twin", "app")
+PACKAGES = ("core", "kinematics", "motion", "game", "engines", "robots", "twin", "app")
 PROJECT = {"architecture": "ARCHITECTURE.md", "contributing": "CONTRIBUTING.md", "changes": "CHANGELOG.md"}
 
 CONFIGURATION = """# Configuration

@@ -9,7 +9,6 @@ from kempelen.cli.options import ConfigOption
 
 arm = typer.Typer(
     name="arm",
-    help="Look at an arm: its numbers, its reach, its paths, the best place for a board.",
     no_args_is_help=True,
 )
 
@@ -26,6 +25,17 @@ _Surface = Annotated[
     typer.Option("--surface", help="Height of the board above the arm's foot, mm.", min=-1000, max=1000),
 ]
 _DEFAULT = "labvolt-5150"
+
+
+@arm.callback()
+def _about() -> None:
+    """Look at an arm: its numbers, its reach, its paths, the best place for a board.
+
+    Examples:
+
+        kempelen arm show
+        kempelen arm place --square 35 --picture place.svg
+    """
 
 
 @arm.command()

@@ -17,7 +17,8 @@ _VIEW = np.radians(25.0)  # from above, for the drawing in space
 def workspace_picture(arm: Arm, space: Workspace, most: float) -> str:
     """Beside each other: the upright plane with the least tilts, and the surface in space."""
     step = float(space.radial[1] - space.radial[0])
-    out, low, high = float(space.radial[-1]), float(space.up[0]), float(space.up[-1])
+    rings = space.rings(most)
+    out, low, high = float(rings[:, 2].max()) + 20, float(rings[0, 0]) - 20, float(rings[-1, 0]) + 20
     plane = Panel("the arm's upright plane", (0, out), (low, high), "from the base's axis, mm", "up, mm", 340)
     for row, up in enumerate(space.up):
         for column, radial in enumerate(space.radial):
@@ -26,8 +27,10 @@ def workspace_picture(arm: Arm, space: Workspace, most: float) -> str:
                 corner = np.array([radial, up])
                 plane.cell(corner - step / 2, corner + step / 2, shade(abs(tilt) / most))
     plane.line([[0.0, 0.0], [out, 0.0]], "#555", dash="4 3")
-    rings = space.rings(most)
-    surface = Panel("the surface, base at the cross", (-out, out), (low, high), "mm", "mm", 560)
+    drop = out * float(np.sin(_VIEW))
+    surface = Panel(
+        "the surface, seen from in front", (-out, out), (low - drop, high + drop), "mm", "mm", 560
+    )
     low_turn, high_turn = arm.ranges[0]
     turns = np.linspace(low_turn, high_turn, _TURNS)
     for number, (up, inner, reach) in enumerate(rings):

@@ -66,7 +66,10 @@ class Panel:
         x, y = self._at(point)
         self._parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.5" fill="{ink}"/>')
         if told:
-            self._parts.append(_text(x + 6, y - 6, told))
+            right = x > _MARGIN + self.width / 2  # so that the word stays inside
+            self._parts.append(
+                _text(x - 6 if right else x + 6, y - 6, told, anchor="end" if right else "start")
+            )
 
     def drawn(self) -> str:
         """Its SVG, the axes' corner at (_MARGIN, _HEAD)."""
@@ -84,7 +87,9 @@ class Panel:
     def _axes(self) -> list[str]:
         foot = _HEAD + self.height
         parts = [_text(_MARGIN + self.width / 2, foot + 34, self.across, anchor="middle")]
-        parts.append(_text(6, _HEAD - 10, self.upwards))
+        middle = f"{_HEAD + self.height / 2:.1f}"
+        name = _text(0, 0, self.upwards, anchor="middle")
+        parts.append(f'<g transform="translate(12 {middle}) rotate(-90)">{name}</g>')
         for value in _ticks(*self.x):
             parts += [_text(self._at((value, 0))[0], foot + 16, f"{value:g}", anchor="middle")]
         for value in _ticks(*self.y):
@@ -99,7 +104,7 @@ class Panel:
 
 def sheet(title: str, panels: Sequence[Panel], legend: Sequence[tuple[str, str]] = ()) -> str:
     """An SVG document with panels side by side under a title, and words with their inks."""
-    width = sum(panel.size[0] for panel in panels)
+    width = max(sum(panel.size[0] for panel in panels), 8.0 * len(title))
     height = max(panel.size[1] for panel in panels) + 50
     box = f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" font-size="11"'
     parts = [
@@ -149,7 +154,8 @@ def _ticks(low: float, high: float) -> list[float]:
     raw = (high - low) / _TICKS
     size = 10.0 ** np.floor(np.log10(raw))
     step = size * min((one for one in (1, 2, 5, 10) if one * size >= raw), default=10)
-    return [float(value) for value in np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step]
+    # + 0: no minus before the 0
+    return [float(value) + 0.0 for value in np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step]
 
 
 def _text(x: float, y: float, text: str, *, size: int = 11, anchor: str = "start") -> str:

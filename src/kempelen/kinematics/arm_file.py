@@ -177,7 +177,7 @@ def load_arm(name_or_path: str | Path) -> Arm:
         raise ConfigError(f"Arm {name}: the parameter file is no TOML: {error}.") from error
     except ValidationError as error:
         raise ConfigError(
-            f"Arm {name}: {_told(error)}.", hint="docs: reference/arm-files tells every key."
+            f"Arm {name}: {_told(error)}.", hint="docs/how-to/describe-an-arm.md tells every key."
         ) from error
 
 

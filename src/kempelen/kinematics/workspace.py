@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from kempelen.kinematics.tilt import MOST_TILT, least_tilts
 SQUARES = 8
 _FINE = 0.05  # mm, to which the largest square is found
 _LARGEST = 120.0  # mm
+_CLEAR = 5.0  # mm between base and board
 _STRIDE = 20.0  # mm between the distances that are tried first
 
 
@@ -88,6 +90,14 @@ class Placement:
 _UPRIGHT = float(np.radians(0.01))
 
 
+def base_radius(arm: Arm) -> float:
+    """How far from the base's axis a board has to end, mm: the base's bodies, and a little."""
+    of_base = [body for body in arm.bodies if body.link == 0]
+    return max(
+        (hypot(*end[:2]) + body.radius + _CLEAR for body in of_base for end in body[1:3]), default=_CLEAR
+    )
+
+
 def place_board(  # noqa: PLR0917 - a place has that many numbers
     arm: Arm,
     square: float,
@@ -139,7 +149,7 @@ def best_placement(
     tried = [
         place_board(arm, square, float(distance), surface, heights, most)
         for surface in surfaces
-        for distance in np.arange(square / 2, reach, 5.0)
+        for distance in np.arange(base_radius(arm) + square / 2, reach, 5.0)
     ]
     best = _middle_of_best(tried)
     if best is None:
@@ -150,7 +160,7 @@ def best_placement(
             hint="Use smaller squares, or allow more tilt.",
         )
     around = [
-        place_board(arm, square, best.distance + shift, best.surface, heights, most)
+        place_board(arm, square, max(best.distance + shift, tried[0].distance), best.surface, heights, most)
         for shift in np.arange(-4, 5)
     ]
     return _middle_of_best(around) or best
@@ -173,28 +183,34 @@ def largest_square(
         most: Greatest tilt allowed, rad.
         distance: From the base's axis to the middle of the nearest squares, mm; any by default.
     """
-    if distance is not None:
-        return max(_largest_at(arm, distance, surface, heights, most, _FINE) for surface in surfaces)
     reach = sum(abs(link.a) + abs(link.d) for link in arm.links)
-    coarse = [
-        (_largest_at(arm, float(away), surface, heights, most, 1.0), float(away), surface)
-        for surface in surfaces
-        for away in np.arange(10.0, reach, _STRIDE)
-    ]
-    _, best, surface = max(coarse)
-    around = np.arange(best - _STRIDE, best + _STRIDE, _STRIDE / 10)
-    return max(_largest_at(arm, float(away), surface, heights, most, _FINE) for away in around)
+    distances = np.arange(10.0, reach, _STRIDE) if distance is None else np.array([distance])
+    best = (0.0, float(distances[0]), surfaces[0])
+    for surface in surfaces:
+        for away in distances.tolist():
+            best = max(best, (_larger(arm, best[0], away, surface, heights, most), away, surface))
+    if distance is None:
+        for away in np.linspace(best[1] - _STRIDE, best[1] + _STRIDE, 17).tolist():
+            best = max(best, (_larger(arm, best[0], away, best[2], heights, most), away, best[2]))
+    return best[0]
 
 
-def _largest_at(  # noqa: PLR0917 - a place has that many numbers
-    arm: Arm, distance: float, surface: float, heights: Sequence[float], most: float, fine: float
+def _larger(  # noqa: PLR0917 - a place has that many numbers
+    arm: Arm, than: float, distance: float, surface: float, heights: Sequence[float], most: float
 ) -> float:
-    """By halving: a larger board at the same distance holds places farther out."""
-    low, high = 0.0, _LARGEST
-    while high - low > fine:
+    """By halving, above ``than``; 0 where none is larger: a larger board holds farther places."""
+    clear = base_radius(arm)
+
+    def fits(square: float) -> bool:
+        near = distance - square / 2 >= clear
+        return near and place_board(arm, square, distance, surface, heights, most).reached
+
+    low, high = than + _FINE, _LARGEST
+    if not fits(low):
+        return 0.0
+    while high - low > _FINE:
         middle = (low + high) / 2
-        fits = place_board(arm, middle, distance, surface, heights, most).reached
-        low, high = (middle, high) if fits else (low, middle)
+        low, high = (middle, high) if fits(middle) else (low, middle)
     return low
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from kempelen.bench import kinematics
 from kempelen.kinematics import forward, load_arm
+from kempelen.kinematics.closed import closed
 
 
 @pytest.fixture(autouse=True)
@@ -46,7 +47,7 @@ def test_eaik_is_the_oracle() -> None:
     peer = kinematics._eaik(arm)
     assert peer is not None
     poses = forward(arm, kinematics._random_joints(arm, 200, 7))
-    ours = [kinematics.closed(arm).solve_pose(pose) for pose in poses]
+    ours = [closed(arm).solve_pose(pose) for pose in poses]
     agreement = kinematics._agreement(arm, poses, ours, peer)
     assert agreement["eaik_worst_rad"] < 1e-9
     assert agreement["eaik_worst_mm"] < 1e-9
