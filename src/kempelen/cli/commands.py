@@ -90,8 +90,17 @@ class Commander:
             return ""
         paused = "Paused (resume, finish)" if arbiter.paused else ""
         if person.to_move:
-            return f"{paused and f'{paused}. '}Your move, {colour_name(arbiter.state.board.turn)}: "
+            turn = arbiter.state.board.turn
+            return f"{paused and f'{paused}. '}Your move, {colour_name(turn)}{self._left(turn)}: "
         return f"{paused or '(help, pause, quit)'} > "
+
+    def _left(self, colour: chess.Color) -> str:
+        """On a chess clock: `` (4:35)``."""
+        left = self._game.arbiter.clock.left(colour)
+        if left is None:
+            return ""
+        minutes, seconds = divmod(int(left), 60)
+        return f" ({minutes}:{seconds:02d})"
 
     def _colour(self) -> chess.Color:
         arbiter = self._game.arbiter

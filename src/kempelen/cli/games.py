@@ -33,6 +33,17 @@ from kempelen.cli.showing import Showing
 
 _GAME = "The game"
 
+ClockOption = Annotated[
+    str | None,
+    typer.Option(
+        "--clock",
+        help="A chess clock: minutes for the game, and seconds more for each move: 5+3.",
+        metavar="MINUTES+SECONDS",
+        show_default="none",
+        rich_help_panel=_GAME,
+    ),
+]
+
 
 class Side(StrEnum):
     """The person's colour."""
@@ -63,6 +74,7 @@ def play(
         ),
     ] = None,
     fen: FenOption = None,
+    clock: ClockOption = None,
     engine: EngineOption = None,
     level: LevelOption = None,
     move_time: MoveTimeOption = None,
@@ -92,6 +104,7 @@ def play(
         kempelen play --engine fairymax --book people
         kempelen play --port /dev/ttyUSB0        on a real machine
         kempelen play --hands person             carry your pieces yourself
+        kempelen play --clock 5+3                five minutes, three seconds a move
     """
     from kempelen.cli import start
 
@@ -102,7 +115,7 @@ def play(
         engine__book=book, engine__ponder=ponder,
         play__side=side and side.value, play__hands=hands and hands.value,
     )  # fmt: skip
-    start.play(settings, fen, Showing(report, plain=plain))
+    start.play(settings, fen, clock, Showing(report, plain=plain))
 
 
 def watch(
@@ -117,6 +130,7 @@ def watch(
         ),
     ] = "",
     fen: FenOption = None,
+    clock: ClockOption = None,
     engine: EngineOption = None,
     level: LevelOption = None,
     move_time: MoveTimeOption = None,
@@ -150,7 +164,7 @@ def watch(
         twin__control=twin_control, camera__source=camera, sensor__kind=sensor, data__dir=data_dir,
         engine__book=book, engine__ponder=ponder,
     )  # fmt: skip
-    start.watch(settings, fen, opponent, opponent_level, Showing(report, plain=plain))
+    start.watch(settings, fen, clock, opponent, opponent_level, Showing(report, plain=plain))
 
 
 def replay(

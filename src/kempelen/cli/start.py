@@ -13,6 +13,7 @@ from kempelen.app.standing import setup_request
 from kempelen.cli.run import run_game
 from kempelen.cli.showing import Showing, require_directory
 from kempelen.core.errors import ConfigError
+from kempelen.game.clock import TimeControl
 from kempelen.game.fen import parse_fen
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import GameScore, read_game
@@ -71,15 +72,45 @@ def _position(fen: str | None) -> str:
     return parse_fen(fen).fen() if fen is not None else chess.STARTING_FEN
 
 
-def play(settings: Config, fen: str | None, showing: Showing) -> None:
+def time_control(text: str | None) -> TimeControl | None:
+    """``"5+3"``: five minutes for the game, three seconds more for each move; ``"5"``: without those.
+
+    Raises:
+        ConfigError: it is none, or out of range.
+    """
+    if text is None:
+        return None
+    minutes, _, seconds = text.partition("+")
+    try:
+        return TimeControl(60 * float(minutes), float(seconds or 0))
+    except ValueError:
+        raise ConfigError(
+            f"--clock is '{text[:40]}', which is no time control.",
+            hint="Give minutes and seconds a move, like 5+3, or minutes alone.",
+        ) from None
+
+
+def play(settings: Config, fen: str | None, clock: str | None, showing: Showing) -> None:
     """A person against the engine."""
     white = settings.play.side == "white"
-    run_game(settings, GameRequest(Mode.PLAY, _position(fen), person_plays=white), showing)
+    control = time_control(clock)
+    request = GameRequest(Mode.PLAY, _position(fen), person_plays=white, clock=control)
+    run_game(settings, request, showing)
 
 
-def watch(settings: Config, fen: str | None, opponent: str, opponent_level: str, showing: Showing) -> None:
+def watch(
+    settings: Config,
+    fen: str | None,
+    clock: str | None,
+    opponent: str,
+    opponent_level: str,
+    showing: Showing,
+) -> None:
     """Engine against engine."""
-    request = GameRequest(Mode.WATCH, _position(fen), opponent=opponent, opponent_level=opponent_level)
+    control = time_control(clock)
+    request = GameRequest(
+        Mode.WATCH, _position(fen), opponent=opponent, opponent_level=opponent_level, clock=control
+    )
     run_game(settings, request, showing)
 
 

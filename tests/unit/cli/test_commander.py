@@ -31,6 +31,8 @@ class Arbiter:
     def __post_init__(self) -> None:
         self.pairing = SimpleNamespace(people=self.people)
         self.state = SimpleNamespace(board=chess.Board(), ended=None)
+        self.left: dict[bool, float] = {}
+        self.clock = SimpleNamespace(left=self.left.get)
 
     def __getattr__(self, name: str) -> Any:
         async def order(*arguments: Any) -> None:
@@ -178,6 +180,9 @@ async def test_the_prompt_says_what_is_wanted() -> None:
     assert desk.commander.prompt() == "(help, pause, quit) > "
     asking = await desk.asked()
     assert desk.commander.prompt() == "Your move, White: "
+    desk.arbiter.left[chess.WHITE] = 275.9
+    assert desk.commander.prompt() == "Your move, White (4:35): "
+    desk.arbiter.left.clear()
     desk.arbiter.paused = True
     assert desk.commander.prompt() == "Paused (resume, finish). Your move, White: "
     asking.cancel()
