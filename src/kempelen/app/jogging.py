@@ -1,5 +1,7 @@
 """Driving by hand, for one client at a time; and where the fingertips then are."""
 
+from collections.abc import Awaitable, Callable
+
 from kempelen.core.errors import BusyError, NotHomedError
 from kempelen.core.protocols import Robot, RobotPhase
 from kempelen.core.table import Gripper
@@ -11,11 +13,16 @@ Point = tuple[float, float, float]
 class JogDesk:
     """Remembers who drives: another one is refused until the motion has ended, and only its owner ends it.
 
+    Args:
+        began: Called before somebody begins to drive.
+        ended: Called when somebody has ended.
+
     Attributes:
         strayed: Whether the hand may be anywhere, low between the pieces too; for whoever brings it up again.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, began: Callable[[], Awaitable[None]], ended: Callable[[], Awaitable[None]]) -> None:
+        self._began, self._ended = began, ended
         self.strayed = False
         self._owner = ""
         self._robot: Robot | None = None
@@ -32,6 +39,8 @@ class JogDesk:
                 say("somebody_jogs", "Somebody else is jogging."),
                 hint=say("wait_at_rest", "Wait until the robot is at rest."),
             )
+        if self._robot is None:
+            await self._began()
         self._owner, self._robot, self.strayed = owner, robot, True
         await robot.jog(direction, speed)
 
@@ -39,7 +48,10 @@ class JogDesk:
         """End what ``owner`` drives; returns at rest."""
         if self._robot is not None and self._owner == owner:
             robot, self._robot, self._owner = self._robot, None, ""
-            await robot.jog_stop()
+            try:
+                await robot.jog_stop()
+            finally:
+                await self._ended()
 
     async def stop_all(self) -> None:
         """End it whoever drives: something else is to be done."""

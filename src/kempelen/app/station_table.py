@@ -37,6 +37,8 @@ from kempelen.twin.client import Door
 _log = logging.getLogger(__name__)
 
 T = TypeVar("T")
+_JOG_PACE = 1.0
+"""Time scale of the twin while it is jogged, at most: keep-alives come on the wall's clock."""
 Listener = Callable[[Change], None]
 
 
@@ -54,7 +56,7 @@ class StationTable:
         self._halted = False
         self._passing: Phase | None = None
         self._trouble: KempelenError | None = None
-        self._jogs = JogDesk()
+        self._jogs = JogDesk(lambda: self._pace(_JOG_PACE), lambda: self._pace(self.speed))
         self._watching: asyncio.Task[None] | None = None
         self._view: Door | None = None
         self._viewing = asyncio.Lock()
@@ -324,6 +326,13 @@ class StationTable:
             await self._interruptible(session.robot.home(), say("homing_stopped", "Homing was stopped."))
         with suppress(KempelenError):
             await session.control.ask("speed", speed=self.speed)
+
+    async def _pace(self, speed: float) -> None:
+        """Twin: another time scale for a while; who jogs has to see the robot move, and stop it in time."""
+        control = self.session.control if self.session is not None else None
+        if control is not None and not 0 < self.speed <= _JOG_PACE:
+            with suppress(TwinError):
+                await control.ask("speed", speed=speed)
 
     async def _put_away(self) -> None:
         """The table of the game, or the station's own, with robot at rest."""

@@ -5,7 +5,7 @@ from typing import cast
 
 import pytest
 
-from kempelen.app.jogging import fingertips
+from kempelen.app.jogging import JogDesk, fingertips
 from kempelen.core.errors import BusyError, NotHomedError
 from kempelen.core.protocols import Robot, RobotPhase, RobotState
 from kempelen.core.table import Gripper
@@ -27,3 +27,34 @@ def test_a_robot_that_moves_or_is_lost_touches_nothing() -> None:
     moving = RobotState(RobotPhase.JOGGING, homed=True, reported_position=(1.0, 2.0, 3.0))
     with pytest.raises(BusyError, match="jogging"):
         fingertips(robot(moving), Gripper())
+
+
+class Driven:
+    """A robot that remembers what it was told."""
+
+    def __init__(self, told: list[str]) -> None:
+        self.state = RobotState(RobotPhase.IDLE, homed=True)
+        self._told = told
+
+    async def jog(self, _direction: object, _speed: float) -> None:
+        self._told.append("jog")
+
+    async def jog_stop(self) -> None:
+        self._told.append("stop")
+
+
+async def test_it_is_told_when_somebody_begins_to_drive_and_when_it_has_ended() -> None:
+    """The twin's pace is another one in between."""
+    told: list[str] = []
+
+    async def note(what: str) -> None:
+        told.append(what)
+
+    desk = JogDesk(lambda: note("began"), lambda: note("ended"))
+    driven = cast("Robot", Driven(told))
+    for _ in range(2):
+        await desk.jog(driven, "somebody", (1.0, 0.0, 0.0), 20.0)
+    await desk.stop("another")
+    await desk.stop("somebody")
+    await desk.stop_all()
+    assert told == ["began", "jog", "jog", "stop", "ended"]
