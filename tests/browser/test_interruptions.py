@@ -70,6 +70,8 @@ def test_others_take_over_in_the_midst_of_a_replay(operator: Visitor) -> None:
     operator.must("speed", speed=0)
     operator.button("Other players").click()
     page.get_by_role("dialog").get_by_role("button", name="I play White").click()
+    if operator.topic("game")["in_transfer"]:
+        expect(page.get_by_text("Paused: this is done when you press Go on")).to_be_visible()
     operator.button("Go on").click()  # they take over when the move in hand is done
     expect(operator.note("Others play on from here.")).to_be_visible()
     operator.my_turn()

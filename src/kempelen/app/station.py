@@ -32,8 +32,6 @@ from kempelen.core.words import say
 from kempelen.game.clock import ClockReading
 from kempelen.game.modes import speaker
 
-_ATTACH_S = 5.0
-
 
 class Station(StationEyes):
     """Async context manager; entering does nothing but make it usable: `connect` or `begin` come next.
@@ -49,6 +47,7 @@ class Station(StationEyes):
     def __init__(self, config: Config) -> None:
         super().__init__(config)
         self._prompts = Prompts(lambda: self.live, lambda: self._tell(Change.PROMPTS))
+        self._asked_for: tuple[GameRequest, GameOptions] | None = None
         self._calibrating = CalibrationDesk(self, lambda: self._tell(Change.CALIBRATION))
 
     async def __aenter__(self) -> Self:
@@ -122,7 +121,33 @@ class Station(StationEyes):
             },
         )
         request = replace(request, clock=options.clock or request.clock)
-        return await self._start(config, request)
+        number = await self._start(config, request)
+        self._asked_for = request, options
+        return number
+
+    @property
+    def again(self) -> bool:
+        """Whether the game that is over can be played once more."""
+        return self._asked_for is not None and self.report is not None
+
+    async def rematch(self, *, swapped: bool) -> int:
+        """The game that is over once more, with the same players; its number.
+
+        Args:
+            swapped: Whether the person has the other colour now.
+
+        Raises:
+            GameError: there is none, or one is being played.
+            KempelenError: as `begin`.
+        """
+        self._require_no_game()
+        if self._asked_for is None or not self.again:
+            raise GameError(
+                say("no_rematch", "There is no game to play again."),
+                hint=say("begin_or_resume", "Begin one, or resume one."),
+            )
+        request, options = self._asked_for
+        return await self.begin(replace(request, person_plays=request.person_plays ^ swapped), options)
 
     async def resume_game(self, game: int | None = None, wish: EngineWish | None = None) -> int:
         """Go on with a game of the journal; also after an e-stop or an error.
@@ -143,6 +168,8 @@ class Station(StationEyes):
         if game is None and self._run is not None and self._run.error is not None:
             game = self._run.live.arbiter.game
         number = newest_unfinished(self._config.data_dir) if game is None else game
+        if self.live is None or self.live.arbiter.game != number:
+            self._asked_for = None
         return await self._start(self._config, number, wish)
 
     async def _start(self, config: Config, request: GameRequest | int, wish: EngineWish | None = None) -> int:

@@ -152,6 +152,17 @@ class NewGame(Command):
     hands: Literal["auto", "robot", "person"] = "auto"
 
 
+class Rematch(Command):
+    """The game that is over once more: same players, engines and clock.
+
+    Attributes:
+        swapped: Whether the person has the other colour now.
+    """
+
+    name: Literal["rematch"]
+    swapped: bool = False
+
+
 class ResumeGame(Command):
     """Go on with a game of the journal; the newest unfinished one when none is named."""
 
@@ -297,7 +308,7 @@ class Bumped(Command):
 AnyCommand = Annotated[
     Connect | Disconnect | Home | Recover | EStop | Jog | JogStop
     | CalibrationBegin | Touch | CalibrationByCamera | CalibrationApply | CalibrationCancel
-    | NewGame | ResumeGame | LeaveGame | SwapMode
+    | NewGame | Rematch | ResumeGame | LeaveGame | SwapMode
     | Pause | Resume | Finish | Takeback | Resign | OfferDraw | Move | HandCarry | Answer
     | SetSpeed | SetEyes | SetEyeParameter | Record | Bumped,
     Field(discriminator="name"),

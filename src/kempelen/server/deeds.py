@@ -85,6 +85,10 @@ async def _score(pgn: str, number: int) -> GameScore | None:
     return await asyncio.to_thread(parse_game, pgn, number, limits=PGN_LIMITS)
 
 
+async def _rematch(station: Station, wish: commands.Rematch) -> Result:
+    return {"game": await station.rematch(swapped=wish.swapped)}
+
+
 async def _resume_game(station: Station, wish: commands.ResumeGame) -> Result:
     return {"game": await station.resume_game(wish.game)}
 
@@ -125,6 +129,7 @@ _ACTS: Mapping[type[commands.Command], _Act] = {
     commands.CalibrationApply: lambda s, c: s.calibration_apply(c.square),
     commands.CalibrationCancel: lambda s, _: s.calibration_cancel(),
     commands.NewGame: _new_game,
+    commands.Rematch: _rematch,
     commands.ResumeGame: _resume_game,
     commands.LeaveGame: lambda s, _: s.leave_game(),
     commands.SwapMode: _swap_mode,

@@ -48,6 +48,7 @@ class StationView(Model):
         speed: The twin's time scale; 0 for as fast as it can.
         calibrated: Whether the board was measured; else the configured position counts.
         game: Number of the running game.
+        again: Whether the game that is over can be played once more.
         faults: The gravest first.
     """
 
@@ -60,6 +61,7 @@ class StationView(Model):
     speed: float = 1.0
     calibrated: bool = False
     game: int | None = None
+    again: bool = False
     faults: tuple[Fault, ...] = ()
 
 
@@ -167,6 +169,7 @@ class ThinkingView(Model):
 
     Attributes:
         line: In SAN.
+        adapted: Elo at which an engine that adapts to the other side has chosen; null for all others.
     """
 
     colour: Colour
@@ -175,6 +178,7 @@ class ThinkingView(Model):
     mate: int | None
     line: tuple[str, ...]
     nodes: int
+    adapted: int | None = None
 
 
 class ActivityView(Model):

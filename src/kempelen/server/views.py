@@ -47,6 +47,7 @@ def station_view(station: Station) -> StationView:
         speed=station.speed,
         calibrated=config.calibration_path.exists(),
         game=station.live.arbiter.game if station.live else None,
+        again=station.again,
         faults=tuple(map(_fault, station.faults)),
     )
 

@@ -76,6 +76,7 @@ REFUSED: dict[type[KempelenError], list[Callable[[Station], Awaitable[object]]]]
         lambda station: station.hand_carry((0, 0), (1, 1)),
     ],
     GameError: [
+        lambda station: station.rematch(swapped=False),
         lambda station: station.pause(),
         lambda station: station.resume(),
         lambda station: station.finish(),
@@ -182,7 +183,23 @@ async def test_a_game_from_its_beginning_to_its_end_and_the_next_one(table: Memo
     assert table.live.board.move_stack[0].uci() == "e2e4"
     assert any(isinstance(event, events.GameOver) for event in table.seen)
     assert await station.begin(PLAY) == 2
-    assert [station.report, station.clock] == [None, None]
+    assert [station.report, station.clock, station.again] == [None, None, False]
+
+
+async def test_a_rematch_has_the_same_clock_and_the_other_colour(table: MemoryStation) -> None:
+    station = table.station
+    await station.begin(PLAY, GameOptions(level="full", clock=TimeControl(600, 5)))
+    with pytest.raises(GameError, match="being played"):
+        await station.rematch(swapped=True)
+    await station.resign()
+    await table.until(lambda: station.again)
+    for swapped, people in ((True, (chess.BLACK,)), (False, (chess.BLACK,)), (True, (chess.WHITE,))):
+        await station.rematch(swapped=swapped)
+        assert table.live.arbiter.pairing.people == people
+        assert station.clock is not None
+        await station.resign()
+        await table.until(lambda: station.again)
+    assert table.live.arbiter.game == 4
 
 
 async def test_left_in_a_pause_and_resumed(table: MemoryStation) -> None:

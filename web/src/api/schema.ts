@@ -604,7 +604,7 @@ export interface components {
          */
         readonly Ask: {
             /** Command */
-            readonly command: components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
+            readonly command: components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["Rematch"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -2115,6 +2115,27 @@ export interface components {
             readonly type: "refused";
         };
         /**
+         * Rematch
+         * @description The game that is over once more: same players, engines and clock.
+         *
+         *     Attributes:
+         *         swapped: Whether the person has the other colour now.
+         */
+        readonly Rematch: {
+            /** Id */
+            readonly id: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly name: "rematch";
+            /**
+             * Swapped
+             * @default false
+             */
+            readonly swapped?: boolean;
+        };
+        /**
          * Replied
          * @description The answer to a command that came over this socket.
          */
@@ -2573,9 +2594,15 @@ export interface components {
          *         speed: The twin's time scale; 0 for as fast as it can.
          *         calibrated: Whether the board was measured; else the configured position counts.
          *         game: Number of the running game.
+         *         again: Whether the game that is over can be played once more.
          *         faults: The gravest first.
          */
         readonly StationView: {
+            /**
+             * Again
+             * @default false
+             */
+            readonly again: boolean;
             /**
              * Busy
              * @default
@@ -2722,8 +2749,11 @@ export interface components {
          *
          *     Attributes:
          *         line: In SAN.
+         *         adapted: Elo at which an engine that adapts to the other side has chosen; null for all others.
          */
         readonly ThinkingView: {
+            /** Adapted */
+            readonly adapted: number | null;
             /** Centipawns */
             readonly centipawns: number | null;
             /**
@@ -3019,7 +3049,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
+                readonly "application/json": components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["Rematch"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
             };
         };
         readonly responses: {

@@ -4,7 +4,7 @@ import { steps } from "./steps";
 
 const STATION: StationView = {
   phase: "ready", busy: "", busy_said: [], robot_kind: "gantry", port: "/dev/ttyUSB0", on_twin: false, speed: 1,
-  calibrated: false, game: null, unfinished: null, faults: [],
+  calibrated: false, game: null, again: false, unfinished: null, faults: [],
 } as StationView; // prettier-ignore
 const ROBOT: RobotView = { phase: "idle", homed: true, position: [0, 0, 200], gripper: "open", message: "" };
 

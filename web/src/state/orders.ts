@@ -6,6 +6,7 @@ import { t } from "../i18n/i18n.svelte";
 import { told, unanswered } from "./complain";
 import { live } from "./live.svelte";
 import { toast } from "./toasts.svelte";
+import { counted } from "./waiting.svelte";
 
 let socket: Socket | undefined;
 
@@ -27,7 +28,7 @@ export function startSocket(): Socket {
 
 /** Give a command and tell what came of it; a refusal is shown as well, unless `quiet`. */
 export async function order(command: Order, { quiet = false } = {}): Promise<Reply> {
-  const reply = socket ? await socket.command(command) : { id: "", ok: false, ...unanswered("lost"), result: {} };
+  const reply = socket ? await counted(command.name, socket.command(command)) : { id: "", ok: false, ...unanswered("lost"), result: {} };
   if (!reply.ok && !quiet) toast("error", ...told(reply));
   return reply;
 }

@@ -45,6 +45,7 @@ export function stationView(part: Partial<StationView> = {}): StationView {
     speed: 1,
     calibrated: true,
     game: 1,
+    again: false,
     faults: [],
     ...part,
   };
