@@ -103,6 +103,7 @@ class ArmFile(_Model):
         found = ["links", "range", "velocity", "acceleration", "jerk", "steps", "home"]
         found += ["drift"] * any("drift" in one.model_fields_set for one in self.joint)
         found += ["mass"] * any(one.mass is not None for one in self.joint)
+        found += ["tool"] * (self.tool is not None)
         found += ["coupling"] * (self.motor_from_joint is not None)
         return found + ["body"] * bool(self.body)
 
