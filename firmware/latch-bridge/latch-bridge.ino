@@ -385,7 +385,9 @@ void read_serial() {
 uint8_t take_line(uint8_t from) {
   for (uint8_t end = from; end < held; ++end) {
     if (ring[end] != '\n') continue;
-    length = end - from < static_cast<int>(sizeof line) - 1 ? end - from : sizeof line - 1;
+    const bool fits = end - from < static_cast<int>(sizeof line);
+    length = fits ? end - from : 0;
+    if (!fits) say_error(103);
     memcpy(line, ring + from, length);
     while (length && line[length - 1] == '\r') --length;
     line[length] = 0;

@@ -131,3 +131,31 @@ def test_the_same_checksum(firmware: Path) -> None:
         f"{body}*{crc}\n".encode() for body, crc in zip(bodies, told, strict=True)
     ]
     assert told[-1] == "29B1"  # the check value of CRC-16/CCITT-FALSE
+
+
+ARDUINO = """
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+enum { OUTPUT, INPUT_PULLUP, LOW = 0, HIGH = 1, WGM12 = 3, CS11 = 1, OCIE1A = 1 };
+#define ISR(vector) void vector()
+#define _BV(bit) (1 << (bit))
+extern uint8_t TCCR1A, TCCR1B, TIMSK1;
+extern uint16_t OCR1A;
+void digitalWrite(int, int);
+int digitalRead(int);
+void pinMode(int, int);
+void noInterrupts();
+void interrupts();
+uint32_t millis();
+struct Port { void begin(uint32_t); int available(); int read(); void print(const char*); };
+extern Port Serial;
+#include "latch-bridge.ino"
+"""
+
+
+def test_the_sketch_is_at_least_cpp() -> None:
+    command = [str(COMPILER), "-std=c++11", "-Wall", "-Werror", "-fsyntax-only", f"-I{SOURCE}", "-xc++", "-"]
+    done = subprocess.run(command, input=ARDUINO, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -150,7 +150,9 @@ class Board:
             return False
         line = bytes(ring[:end]).strip()
         del ring[: end + 1]
-        if line:
+        if len(line) >= _LONGEST_LINE:
+            self._say(f"error 103 {self._expected}")
+        elif line:
             self._execute(line)
         return True
 
