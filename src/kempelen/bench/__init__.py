@@ -12,6 +12,7 @@ BENCHES = (
     "reed",
     "setup",
     "spectators",
+    "tracking",
     "twin",
     "vision",
 )

@@ -31,6 +31,7 @@ class Hand:
         rounding: (p,) radius of the rounded corners.
         upright: (p,) whether the part is of a piece, upright at ``tilt``; the others lean with the hand.
         tilt: At which the piece was gripped, rad.
+        plumb: Whether the pads keep it upright at any tilt.
         extent: Of the farthest point from the tool point.
         closing: Angle of the closing direction from the tool's y axis, rad.
     """
@@ -42,6 +43,7 @@ class Hand:
     rounding: Array
     upright: npt.NDArray[np.bool_]
     tilt: float
+    plumb: bool
     extent: float
     closing: float
 
@@ -74,6 +76,7 @@ def hand(arm: Arm, gripper: Gripper, held: PieceShape | None, tilt: float = 0.0)
         rounding=sizes[:, 5],
         upright=np.array([row[7] for row in rows]),
         tilt=tilt,
+        plumb=gripper.plumb,
         extent=float(np.hypot(far, wide).max()),
         closing=gripper.closing_axis,
     )
@@ -149,11 +152,11 @@ def _leaning(shape: Hand, pose: Array, closing: Array) -> _Parts:
 
 
 def _upright(shape: Hand, pose: Array) -> _Parts:
-    """The carried piece: upright at the tilt at which it was gripped."""
+    """The carried piece: upright at the tilt at which it was gripped; where the pads hang plumb, always."""
     along, radius = shape.along[shape.upright], shape.rounding[shape.upright]
     outwards = pose[:, :2, 3] / np.maximum(np.linalg.norm(pose[:, :2, 3], axis=1), _LEVEL)[:, None]
     tilt = np.arctan2((pose[:, :2, 2] * outwards).sum(axis=1), -pose[:, 2, 2])
-    lean = np.abs(np.sin(tilt - shape.tilt))[:, None]
+    lean = np.zeros((len(pose), 1)) if shape.plumb else np.abs(np.sin(tilt - shape.tilt))[:, None]
     height, zeros = pose[:, 2, 3, None], np.zeros((len(pose), len(radius)))
     wide = radius + lean * np.abs(along).max(axis=1, initial=0.0)
     bottom, top = (

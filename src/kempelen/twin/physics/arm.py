@@ -94,7 +94,7 @@ class ArmBody:
         bodies, after = [base], [Transform.identity()]
         for name, link in zip(self.joints, self._arm.links, strict=True):
             bodies.append(_add_link(bodies[-1], name, after[-1] @ Transform.about_z(link.offset)))
-            after.append(_frame_after(link))
+            after.append(frame_after(link))
         self._add_capsules(bodies, after)
         paint_arm(self._arm, bodies, after)
         hand = Transform(after[-1].rotation @ _HAND_FROM_TOOL, after[-1].translation)
@@ -124,7 +124,7 @@ def _add_link(parent: Any, name: str, where: Transform) -> Any:
     return body
 
 
-def _frame_after(link: Link) -> Transform:
+def frame_after(link: Link) -> Transform:
     """The link's frame in that of the body that turns: Trans(z, d) Trans(x, a) Rot(x, alpha)."""
     c, s = math.cos(link.alpha), math.sin(link.alpha)
     return Transform(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), np.array([link.a, 0.0, link.d]))
