@@ -90,7 +90,7 @@ class LightTableRun:
 
     async def _play(self) -> None:
         journal = self._stack.enter_context(Journal(self._folder / f"{self._name}.sqlite3"))
-        players = (Passer(f"{colour} {self._name}", self._rng) for colour in ("White", "Black"))
+        players = (Passer(colour, self._rng) for colour in ("White", "Black"))
         pairing = Pairing(Mode.WATCH, *players)
         while True:
             table = Table()

@@ -71,3 +71,49 @@ def robot_node(
         network__keys=keys, sensor__kind="none",
     )  # fmt: skip
     node_run.run_robot(settings, table)
+
+
+@node.command("view")
+def view(
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--seconds", help="Look for so long, then print what was seen.", min=0.5, show_default="on"
+        ),
+    ] = None,
+    connect: ConnectOption = None,
+    keys: KeysOption = None,
+    config: ConfigOption = None,
+) -> None:
+    """List every table in the hall: who plays, how it stands, what the robot does, what is wrong.
+
+    Examples:
+
+        kempelen node view                                    every table on this network, live
+        kempelen node view --connect tcp/10.0.0.5:7447        those of another network as well
+        kempelen node view --seconds 3                        once, for a script
+    """
+    from kempelen.cli import node_view, start
+
+    settings = start.configured(config, network__connect=connect, network__keys=keys)
+    node_view.run_view(settings, seconds)
+
+
+@node.command("hall")
+def hall(
+    tables: Annotated[int, typer.Option("--tables", help="How many.", min=1, max=10_000)] = 8,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    keys: KeysOption = None,
+    config: ConfigOption = None,
+) -> None:
+    """Run light tables that play by themselves: something to look at, and a load for the network.
+
+    Examples:
+
+        kempelen node hall --tables 20        then, elsewhere: kempelen node view
+    """
+    from kempelen.cli import node_run, start
+
+    settings = start.configured(config, network__connect=connect, network__listen=listen, network__keys=keys)
+    node_run.run_hall(settings, tables)

@@ -3,10 +3,15 @@
 import asyncio
 import contextlib
 import signal
+import tempfile
+from contextlib import AsyncExitStack
+from pathlib import Path
 
 import typer
 
 from kempelen.app.config import Config
+from kempelen.app.light_tables import LightTableRun
+from kempelen.app.network import link_of
 from kempelen.app.node_stand import RobotStand
 
 _LOOK_S = 0.5
@@ -21,11 +26,39 @@ def run_robot(config: Config, table: str) -> None:
     asyncio.run(_robot(config, table))
 
 
-async def _robot(config: Config, table: str) -> None:
+def run_hall(config: Config, tables: int) -> None:
+    """Light tables, until Ctrl-C.
+
+    Raises:
+        KempelenError: the network cannot be used.
+    """
+    asyncio.run(_hall(config, tables))
+
+
+def until_signal() -> asyncio.Event:
+    """Set when the program is asked to end."""
     over = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         loop.add_signal_handler(number, over.set)
+    return over
+
+
+async def _hall(config: Config, tables: int) -> None:
+    over = until_signal()
+    async with AsyncExitStack() as stack:
+        link = await stack.enter_async_context(link_of(config))
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="kempelen-hall-")))
+        for number in range(tables):
+            run = LightTableRun(link, f"light-{number + 1:03}", folder, seed=number)
+            await stack.enter_async_context(run)
+        typer.echo(f"{tables} light tables play. See them: kempelen node view. Ctrl-C ends them.")
+        await over.wait()
+    typer.echo("The hall is closed.")
+
+
+async def _robot(config: Config, table: str) -> None:
+    over = until_signal()
     async with RobotStand(config, table) as stand:
         what = "twin" if config.on_twin else config.robot.port
         typer.echo(f"The {stand.node.robot.name} ({what}) is at table {table}. Ctrl-C ends it.")
