@@ -88,8 +88,8 @@ def letters(board: chess.BaseBoard) -> str:
 
 
 def _is_white(man: str) -> bool | None:
-    """None for a stranger."""
-    return None if man == STRANGER else man.isupper()
+    """None for a stranger, and for nothing."""
+    return None if man in {STRANGER, "."} else man.isupper()
 
 
 class Men:
@@ -119,11 +119,24 @@ class Men:
         return max(self._ways, key=lambda way: self._ways[way])
 
     @property
-    def own_aloft(self) -> str:
-        """The letter of a piece of the side to move that must be in the air now, and its home; else empty."""
+    def awaited(self) -> str:
+        """Letter and home of a piece off the board, when a move is being made; else empty.
+
+        One of the side to move has to come down again; one of the other side is a victim whose taker has not
+        moved yet.
+        """
         way = max(self._ways, key=lambda way: self._ways[way] * _LEFT ** self._own(way))
         own = [each for each in way.aloft if _is_white(each.man) is self.board.turn]
-        return f"{own[-1].man}{chess.square_name(own[-1].home)}" if own else ""
+        waiting = own or ([] if self._own_moved(way) else list(way.aloft))
+        return f"{waiting[-1].man}{chess.square_name(waiting[-1].home)}" if waiting else ""
+
+    def _own_moved(self, way: Way) -> bool:
+        """Whether a piece of the side to move stands elsewhere."""
+        pairs = zip(letters(self.board), way.standing, strict=True)
+        return any(
+            before != now and (_is_white(before) is self.board.turn or _is_white(now) is self.board.turn)
+            for before, now in pairs
+        )
 
     def comes_from(self, target: int) -> int:
         """Squares from which the side to move can reach one of ``target``."""

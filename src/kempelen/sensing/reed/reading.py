@@ -10,12 +10,12 @@ from kempelen.core.pieces import piece_name
 from kempelen.core.reed import ALL_SQUARES, NUMBERS, Change, Finding, Snapshot, squares_in
 from kempelen.core.senses import EMPTY, Observation, Sight
 from kempelen.sensing.reed.faults import SwitchFault, SwitchFaults, occupied
-from kempelen.sensing.reed.men import Men
+from kempelen.sensing.reed.men import STRANGER, Men
 
 QUIET_MS = 500
 """After so long without news the hand has gone."""
 HELD_MS = 8000
-"""A piece of the side to move that was lifted is in the hand for so long at most; then it is asked for."""
+"""A piece that was lifted is in the hand for so long at most; then it is asked for."""
 JUST_NOW_MS = 1000
 """What has moved so shortly before a position is confirmed may belong to the next move already."""
 SUSPECT_MS = 2000
@@ -164,8 +164,8 @@ class Reading:
             return Observation.blind(time, Sight.STARTING, "The reed board has said nothing yet.")
         if quiet < QUIET_MS:
             return Observation.blind(time, Sight.HAND, "A hand is moving pieces.")
-        if quiet < HELD_MS and (held := self._men.own_aloft):
-            name = piece_name(chess.Piece.from_symbol(held[0]))
+        if quiet < HELD_MS and (held := self._men.awaited):
+            name = "piece" if held[0] == STRANGER else piece_name(chess.Piece.from_symbol(held[0]))
             return Observation.blind(time, Sight.HAND, f"The {name} from {held[1:]} is in the hand.")
         return Observation(self._likelihoods(), time)
 
