@@ -1,5 +1,7 @@
 """The whole arm's swept test: what it finds, between samples too, and what it lets pass."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -14,7 +16,9 @@ from kempelen.motion.arm.body import capsules, hand, prisms
 from kempelen.motion.arm.grasp import pose_over
 from kempelen.motion.arm.guidance import Pose, posture, straight
 from kempelen.motion.arm.obstacles import gaps, obstacles
+from kempelen.motion.arm.plan import ARM_CLEARANCES
 from kempelen.motion.arm.sweep import Held, sweep_arm
+from kempelen.motion.scene import Scene
 
 KING_E4 = placed(e4="K")
 E4 = TABLE.centre(Place("e4"))
@@ -55,11 +59,19 @@ def test_a_carried_piece_hangs_below(height: float, hit: bool) -> None:
     assert (("the carried piece", "the white king on e4") in touched(ends, held=held)) is hit
 
 
-def test_a_piece_leans_when_the_gripper_leaves_the_tilt_it_was_gripped_at() -> None:
+def test_rigid_pads_lean_a_piece_that_leaves_its_tilt_and_hanging_ones_do_not() -> None:
     """Upright it passes beside the neighbour, leaning it does not."""
-    beside = [over(-32.5, 0, 40, tilt=0.3), over(-32.5, 0, 41, tilt=0.3)]
-    assert ("the carried piece", "the white king on e4") not in touched(beside, held=Held(PIECES.king, 0.3))
-    assert ("the carried piece", "the white king on e4") in touched(beside, held=Held(PIECES.king, 0.0))
+    beside = np.stack([over(-32.5, 0, 40, tilt=0.3), over(-32.5, 0, 41, tilt=0.3)])
+
+    def hits(*, plumb: bool, gripped_at: float) -> bool:
+        gripper = TABLE.gripper.model_copy(update={"plumb": plumb})
+        standing = Scene(replace(TABLE, gripper=gripper), KING_E4, ARM_CLEARANCES)
+        found = sweep_arm(ARM, standing, beside, Held(PIECES.king, gripped_at))
+        return "the carried piece" in {contact.part for contact in found}
+
+    assert not hits(plumb=False, gripped_at=0.3)
+    assert hits(plumb=False, gripped_at=0.0)
+    assert not hits(plumb=True, gripped_at=0.0)
 
 
 def test_the_piece_between_the_fingers_is_let_pass_straight_up_and_nowhere_else() -> None:
