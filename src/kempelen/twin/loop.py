@@ -151,6 +151,7 @@ class TwinLoop:
             self._busy_s += dt
         self._controller.advance(dt)
         self._world.step(dt, self._drive.follow(dt), self._drive.closed)
+        self._drive.lose(self._world.take_lost())
 
     def _be_patient(self) -> None:
         if not self._controller.starving():

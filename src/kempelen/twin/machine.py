@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
+from kempelen.core.geometry import Array
 from kempelen.core.table import WorkSpace
 from kempelen.kinematics import load_arm
 from kempelen.twin.grbl import Faults, Machine, VirtualArm, VirtualGrbl
@@ -80,6 +81,10 @@ class Drive(Protocol):
         """Where the joints truly are ``dt`` seconds after the last time: mm or rad."""
         ...
 
+    def lose(self, joints: Array) -> None:
+        """Its joints have stayed behind by (n,), mm or rad: lost steps."""
+        ...
+
     def told(self) -> dict[str, Any]:
         """What is to be known of the machine from the side door."""
         ...
@@ -115,6 +120,9 @@ class GantryDrive:
         del dt
         return tool_point(self._space, self.controller)
 
+    def lose(self, joints: Array) -> None:
+        """It is stronger than any piece."""
+
     def told(self) -> dict[str, Any]:
         """Nothing but the tool point, which everybody knows."""
         return {}
@@ -147,6 +155,11 @@ class ArmDrive:
         controller = self.controller
         joints: list[float] = self._mechanism.follow(dt, controller.motors, controller.homings).tolist()
         return joints
+
+    def lose(self, joints: Array) -> None:
+        """Until the next homing."""
+        if joints.any():
+            self._mechanism.lose(joints)
 
     def told(self) -> dict[str, Any]:
         """How often it was homed, how often each joint has stopped since, and how far each is off, rad."""

@@ -125,6 +125,23 @@ def test_a_link_that_strikes_a_piece_knocks_it_over() -> None:
     assert not world.nearest(x, y).upright
 
 
+def test_coming_down_on_a_head_costs_the_arm_its_steps() -> None:
+    world = arm_world({"d4": "Q"}, scatter=0.0)
+    driver = ArmDriver(world)
+    grip = TABLE.grip_point(Place("d4"), chess.QUEEN)
+    beside = grip + 8.5 * np.array([-grip[1], grip[0], 0.0]) / np.hypot(grip[0], grip[1])
+    driver.go(beside + np.array([0.0, 0.0, 40.0]), 0.0, 180.0, closed=False)
+    assert not world.take_lost().any()
+    behind = np.zeros(ARM.n)
+    for k in range(1, 41):
+        told = driver.joints(beside + np.array([0.0, 0.0, 40.0 - k]), 0.0)
+        world.step(TICK, (told + behind).tolist(), gripper_closed=False)
+        behind = behind + world.take_lost()
+    assert world.tool_mm[2] > grip[2] + 15.0
+    assert np.allclose(np.array(world.joints), told + behind, atol=1e-6)
+    assert not world.take_lost().any()
+
+
 def test_a_jump_of_the_joints_is_refused() -> None:
     world = arm_world({})
     with pytest.raises(TwinError, match=r"rad within 0\.008 s; the limit is 20 rad/s"):

@@ -45,6 +45,7 @@ class ArmBody:
     scale = 1.0
     fastest = 20.0
     standstill = 1e-6
+    stall = 25.0
     unit = "rad"
 
     def __init__(self, standing: StandingArm, gripper: Gripper) -> None:

@@ -35,6 +35,7 @@ class Gantry:
     scale = METRES
     fastest = 5000.0
     standstill = 1e-3
+    stall = math.inf
     unit = "mm"
 
     def __init__(self, table: Table) -> None:

@@ -87,6 +87,10 @@ class Mechanism:
         self._moving = moving
         return np.asarray(geared + self.errors)
 
+    def lose(self, joints: Array) -> None:
+        """Steps were lost: true angles are off by (n,) rad more, until the next homing."""
+        self._lost = self._lost + joints
+
     def _warm(self, dt: float, *, working: bool) -> None:
         goal, seconds = (1.0, WARMING_S) if working else (0.0, COOLING_S)
         self._warmth += (goal - self._warmth) * -math.expm1(-dt / seconds)

@@ -33,6 +33,7 @@ class Machine(Protocol):
         unit: Ours, for messages.
         fastest: No joint moves faster than this: a jump is an error of the caller's.
         standstill: A joint that is asked to go less than this in a step stands.
+        stall: Pressing harder than this on a piece, N, its motors lose their steps.
     """
 
     joints: tuple[str, ...]
@@ -40,6 +41,7 @@ class Machine(Protocol):
     unit: str
     fastest: float
     standstill: float
+    stall: float
 
     @property
     def start(self) -> Array:

@@ -121,6 +121,23 @@ class Simulation:
             _complaints.clear()
             raise TwinError(f"The physics broke down: {complaint}", hint="Set the table anew; report how.")
 
+    @property
+    def pressed(self) -> float:
+        """How hard the machine presses pieces down, N."""
+        force, down = np.zeros(6), 0.0
+        for number, pair in enumerate(self.data.contact.geom):
+            first, second = (int(self.model.geom_bodyid[geom]) for geom in pair)
+            if (first in self._piece_of) == (second in self._piece_of) or not first or not second:
+                continue
+            if self.model.body_treeid[first] < 0 or self.model.body_treeid[second] < 0:
+                continue  # board and trays stand still
+            mujoco.mj_contactForce(self.model, self.data, number, force)
+            up = float(
+                self.data.contact.frame[number].reshape(3, 3)[:, 2] @ force[:3]
+            )  # on the second of the two
+            down -= up if second in self._piece_of else -up
+        return down
+
     def show_hand(self, tip: Array) -> None:
         """Put the person's finger tips at (3,) mm: a sight only."""
         scene = self.scene

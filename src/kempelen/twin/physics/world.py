@@ -58,6 +58,8 @@ class World:
         self._closed, self._fingers_rest = True, False
         self._still = self._roam = 0.0
         self._noted = False
+        self._pressed = 0.0
+        self._lost = np.zeros(len(self._simulation.joints))
         self._clearance = self._make_clearance()
 
     @property
@@ -96,6 +98,11 @@ class World:
         """What the gripper was last told."""
         return self._closed
 
+    def take_lost(self) -> Array:
+        """(n,) by how much the joints stayed behind what they were told since the last call: lost steps."""
+        lost, self._lost = self._lost, np.zeros_like(self._lost)
+        return lost
+
     def step(self, dt: float, target: Sequence[float], gripper_closed: bool) -> None:  # noqa: FBT001
         """Drive each joint steadily to ``target`` within ``dt`` seconds.
 
@@ -125,7 +132,14 @@ class World:
             self._forget()
         if length > machine.standstill:
             self._still = 0.0
+        if self._pressed > machine.stall and self._goes_down(way):
+            self._lost -= way
+            way = np.zeros_like(way)
         self._let_pass(dt, way)
+
+    def _goes_down(self, way: Array) -> bool:
+        joints, machine = self._simulation.joints, self._simulation.machine
+        return bool(machine.tool(joints + way)[2] < machine.tool(joints)[2])
 
     def _let_pass(self, dt: float, way: Array) -> None:
         if self._still >= STILL_SECONDS:
@@ -167,6 +181,10 @@ class World:
         carrying = self._closed and self._fingers_rest and not self.person.busy
         longest = self._time_step * (CARRY_FACTOR if carrying else 1)
         simulation.integrate(dt, way, closed=self._closed, longest=longest)
+        open_arm = (
+            math.isfinite(simulation.machine.stall) and not self._closed and not simulation.pieces_asleep
+        )
+        self._pressed = simulation.pressed if open_arm else 0.0
         self._noted = self._noted and asleep and simulation.pieces_asleep
         self._roam = 0.0
         self._fingers_rest = simulation.fingers_at_rest
