@@ -137,7 +137,7 @@ def _timed(ours: Solve, poses: list[Array], peers: Sequence[_Peer]) -> list[floa
 
 
 def _batch(arm: Arm, seed: int) -> dict[str, float]:
-    """Solves per second on one core, 20,000 a call: both elbows with the base ahead, and all four branches."""
+    """Solves per second on one core, 20,000 a call: both elbows, base ahead; and all four branches."""
     poses = forward(arm, _random_joints(arm, _BATCH, seed + 1))
     views = [closed(arm).views(pose)[0] for pose in poses]
     positions = np.array([view[0] for view in views])
