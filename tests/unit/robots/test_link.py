@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from kempelen.core.errors import AlarmError, KempelenError, LinkError, StoppedError
 from kempelen.robots.grbl.codec import Event
-from kempelen.robots.grbl.link import Link, RefusedError, SilenceError, Stream
+from kempelen.robots.grbl.link import Link, RefusedError, SilenceError
+from kempelen.robots.grbl.stream import Stream
 from kempelen.testing.transports import memory_pair
 from kempelen.testing.wires import ScriptedWire
 

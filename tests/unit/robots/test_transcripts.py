@@ -8,7 +8,8 @@ import pytest
 from kempelen.core.errors import AlarmError, LinkError, NotHomedError, StoppedError
 from kempelen.core.protocols import Follow, GripperState, Robot, RobotPhase, SetGripper
 from kempelen.robots.grbl.gantry import GrblGantry
-from kempelen.robots.grbl.link import Link, RefusedError, Stream
+from kempelen.robots.grbl.link import Link, RefusedError
+from kempelen.robots.grbl.stream import Stream
 from kempelen.testing.grbl import (
     BANNER,
     CORNER,

@@ -12,9 +12,10 @@ from kempelen.core.protocols import GripperState
 from kempelen.robots.grbl import codec
 from kempelen.robots.grbl.codec import Axes, BuildInfo, Event, Offset, ParserState, Setting, Status
 from kempelen.robots.grbl.gcode import GripperWiring
-from kempelen.robots.grbl.link import WINDOW, Link, SilenceError
+from kempelen.robots.grbl.link import Link, SilenceError
 from kempelen.robots.grbl.mechanics import Mechanics
 from kempelen.robots.grbl.settings import Misfit, require
+from kempelen.robots.grbl.stream import WINDOW
 from kempelen.robots.grbl.timing import Timing
 
 _ASKS = 3

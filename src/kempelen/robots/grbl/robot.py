@@ -7,17 +7,16 @@ when a barrier has been acknowledged and a status report made after it says Idle
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 from kempelen.core.errors import BusyError, LinkError, NotHomedError, RobotError, StoppedError
 from kempelen.core.protocols import Action, RobotPhase, RobotState
 from kempelen.robots.grbl import codec, homing
 from kempelen.robots.grbl.codec import Axes, Event, Status
 from kempelen.robots.grbl.condition import Condition
-from kempelen.robots.grbl.connect import Greeting, at_rest, greet
+from kempelen.robots.grbl.connect import at_rest
 from kempelen.robots.grbl.explain import alarm_error
-from kempelen.robots.grbl.framing import Bare, Framing
+from kempelen.robots.grbl.family import GRBL, Family
 from kempelen.robots.grbl.gate import Gate
 from kempelen.robots.grbl.gcode import GripperWiring
 from kempelen.robots.grbl.jog import Jogger
@@ -28,32 +27,6 @@ from kempelen.robots.grbl.session import Session, finish
 from kempelen.robots.grbl.timing import Timing
 from kempelen.robots.grbl.watchdog import Watchdog
 from kempelen.robots.transport import Transport
-
-
-class Greet(Protocol):
-    """Finds out everything about the controller at the other end, see `connect.greet`."""
-
-    async def __call__(
-        self, link: Link, mechanics: Mechanics, wiring: GripperWiring, timing: Timing, *, apply_settings: bool
-    ) -> Greeting:
-        """What was found."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Family:
-    """Controllers that talk alike.
-
-    Attributes:
-        framing: Makes the framing of a connection.
-        greet: Meets a controller.
-    """
-
-    framing: Callable[[], Framing]
-    greet: Greet
-
-
-GRBL = Family(Bare, greet)
 
 
 class GrblRobot:

@@ -8,8 +8,9 @@ from kempelen.robots.grbl.codec import Axes, Status
 from kempelen.robots.grbl.connect import at_rest
 from kempelen.robots.grbl.gate import Gate
 from kempelen.robots.grbl.gcode import Program
-from kempelen.robots.grbl.link import RefusedError, Stream
+from kempelen.robots.grbl.link import RefusedError
 from kempelen.robots.grbl.session import Session, apart, finish
+from kempelen.robots.grbl.stream import Stream
 
 _ASKS = 5
 _LOCKED = frozenset({8, 9})  # error codes that speak of the controller's state, not of the line

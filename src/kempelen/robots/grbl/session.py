@@ -13,8 +13,9 @@ from kempelen.robots.grbl import codec
 from kempelen.robots.grbl.condition import Condition
 from kempelen.robots.grbl.connect import Greeting, at_rest
 from kempelen.robots.grbl.gcode import GripperWiring, Program
-from kempelen.robots.grbl.link import Link, SilenceError, Stream
+from kempelen.robots.grbl.link import Link, SilenceError
 from kempelen.robots.grbl.mechanics import Mechanics
+from kempelen.robots.grbl.stream import Stream
 from kempelen.robots.grbl.timing import Timing
 
 _RESETS = 4

@@ -9,8 +9,9 @@ from contextlib import suppress
 
 from kempelen.core.errors import LinkError
 from kempelen.robots.grbl import codec
-from kempelen.robots.grbl.link import SilenceError, Stream
+from kempelen.robots.grbl.link import SilenceError
 from kempelen.robots.grbl.session import Session
+from kempelen.robots.grbl.stream import Stream
 
 
 class Watchdog:

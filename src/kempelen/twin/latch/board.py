@@ -75,12 +75,10 @@ class Board:
         """What a reset loses: queue, numbers, outputs, the mark."""
         self._clock.drop()
         self._uart.clear()
-        self._line = b""
         self._pending: tuple[int, Callable[[], bool]] | None = None
         self._seek: Seek | None = None
         self._expected = 0
         self._open = self._known = False
-        self._until = 0.0
         self._cancelling = False
 
     # --- the wire ------------------------------------------------------------------------------------------
@@ -238,7 +236,6 @@ class Board:
                 return False
             if not ends:
                 ends.append(self.time_s + values[0] / 1000.0)
-                self._until = ends[0]
             return self.time_s >= ends[0]
 
         return over

@@ -198,7 +198,7 @@ class VirtualLatch(Board):
 
 
 _PLAIN = (
-    "time_s", "state", "_rest_since", "_ticks", "_homed", "_boot", "_expected", "_open", "_known", "_until",
+    "time_s", "state", "_rest_since", "_ticks", "_homed", "_boot", "_expected", "_open", "_known",
     "_cancelling",
 )  # fmt: skip
 _AT_ONCE = 8  # ticks between two looks at the wire: 2 ms

@@ -13,12 +13,14 @@ from kempelen.robots.arm.lost import Lost
 from kempelen.robots.grbl import homing
 from kempelen.robots.grbl.codec import BuildInfo
 from kempelen.robots.grbl.connect import Greeting, calm, restarted, synchronise
+from kempelen.robots.grbl.family import Family
 from kempelen.robots.grbl.gcode import GripperWiring
-from kempelen.robots.grbl.link import WINDOW, Link
+from kempelen.robots.grbl.link import Link
 from kempelen.robots.grbl.mechanics import Mechanics
-from kempelen.robots.grbl.robot import Family, GrblRobot
+from kempelen.robots.grbl.robot import GrblRobot
 from kempelen.robots.grbl.running import carry_out
 from kempelen.robots.grbl.session import Session
+from kempelen.robots.grbl.stream import WINDOW
 from kempelen.robots.grbl.timing import Timing
 from kempelen.robots.transport import Transport
 
