@@ -521,7 +521,9 @@ export class TableView {
     if (!this.geometry) return 0.6;
     const middle = boardCentre(this.geometry);
     const slots = this.geometry.trays.flatMap((tray) => tray.slots.map((slot) => distance(slot.at, middle) * 0.9));
-    return (2 * Math.max(4.4 * this.geometry.board.square, ...slots)) / 1000;
+    // An arm stands high behind the board: its shoulder should be in the picture.
+    const room = this.geometry.arm ? 1.35 : 1;
+    return (room * 2 * Math.max(4.4 * this.geometry.board.square, ...slots)) / 1000;
   }
 
   /** Half the way between the pads: open, on a stem, or closed on nothing. */
