@@ -20,6 +20,7 @@ from kempelen.app.paths import journal_path, pgn_path, twin_state_path
 from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
 from kempelen.app.remeasure import board_by_camera, table_as_measured
 from kempelen.app.report import GameReport
+from kempelen.app.robot_defaults import require_same_robot
 from kempelen.app.speed import parse_speed
 from kempelen.app.table_session import TableSession, calibrated_table, digest, twin_speed
 from kempelen.app.touch_up import TouchUp
@@ -122,7 +123,8 @@ class LiveGame:
         pairing, take_over = await self.cast.pairing(request), await self.cast.take_over(request)
         layout = request.standing or start_layout(table, parse_fen(request.start_fen))
         await self._table_up(journal.next_game, table, layout, kept=None)
-        options = ArbiterOptions(hands=self._config.hands, table_digest=digest(table))
+        kind, hands = self._config.robot.kind, self._config.hands
+        options = ArbiterOptions(hands=hands, table_digest=digest(table), robot=kind)
         headers = dict(request.score.headers) if request.score else {}
         log = new_game(
             journal, pairing, table,
@@ -134,6 +136,7 @@ class LiveGame:
     async def _go_on(self, journal: Journal, table: Table, game: int) -> None:
         """A game of the journal."""
         log = journal.reopen(game)
+        require_same_robot(log.state.begun.robot, self._config.robot.kind, game)
         pairing = await self.cast.again(log.state.pairing)
         take_over = await self.cast.take_over_again(log.state.take_over)
         options = ArbiterOptions(hands=log.state.begun.hands, table_digest=digest(table))

@@ -18,6 +18,7 @@ from kempelen.core.arm_table import (
     ARM_TRAYS,
     ARM_TURN_DEGREES,
 )
+from kempelen.core.errors import ConfigError
 
 GANTRY = "gantry"
 ARM = "arm"
@@ -45,6 +46,24 @@ _DEFAULTS: Mapping[str, Mapping[str, Any]] = {
 def of_robot(what: str, kind: str) -> str:
     """Name of a file that each kind of robot has for itself; whatever the kind is called, no path."""
     return what if kind == GANTRY else f"{what}-{quote(kind, safe='')}"
+
+
+def require_same_robot(began: str, kind: str, game: int) -> None:
+    """Refuse to go on with a game at another robot's table: its squares and trays are elsewhere.
+
+    Args:
+        began: The kind of robot that the game began with; empty for the first kind there was.
+        kind: The one that is configured.
+        game: Its number.
+
+    Raises:
+        ConfigError: they differ.
+    """
+    if (began or GANTRY) != kind:
+        raise ConfigError(
+            f"Game {game} began with a robot of kind '{began or GANTRY}', configured is '{kind}'.",
+            hint=f"Go on with that one: kempelen resume {game} --robot {began or GANTRY}",
+        )
 
 
 def with_robot_defaults(content: Mapping[str, Any]) -> dict[str, Any]:

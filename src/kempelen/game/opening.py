@@ -66,6 +66,7 @@ def new_game(
         take_over=take_over.spec if take_over else None,
         hands=options.hands,
         table=options.table_digest,
+        robot=options.robot,
         layout=layout or start_layout(table, board),
         clock=ClockSpec(seconds=clock.seconds, increment=clock.increment) if clock else None,
     )

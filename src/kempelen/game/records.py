@@ -121,6 +121,7 @@ class Begun(_Fact):
     Attributes:
         headers: PGN tags known from the start.
         table: Digest of the table and its calibration.
+        robot: Kind of robot; empty in journals older than the second kind.
         layout: Where every piece stands, spares included; where the board is not as ``start_fen`` has it,
             the robot sets that up first.
         clock: None: the game is played without one.
@@ -134,6 +135,7 @@ class Begun(_Fact):
     take_over: TakeOverSpec | None = None
     hands: Literal["robot", "person"] = "robot"
     table: str = ""
+    robot: str = ""
     layout: LayoutField
     clock: ClockSpec | None = None
 
