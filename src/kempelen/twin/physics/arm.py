@@ -63,8 +63,9 @@ class ArmBody:
 
     @property
     def parked(self) -> Array:
-        """(n,) rad: the same, high and close to the base."""
-        return self._arm.home
+        """(n,) rad: the same, turned aside."""
+        aside = np.clip(self._arm.home[0] - math.pi / 2, *self._arm.ranges[0])
+        return np.array([aside, *self._arm.home[1:]])
 
     def tool(self, joints: Array) -> Array:
         """(3,) mm: the tool point, robot frame."""
