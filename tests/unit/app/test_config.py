@@ -176,7 +176,7 @@ def test_a_piece_may_differ_from_the_preset(file: Path) -> None:
             "[bord]\nx = 1\n",
             (
                 "FILE:1: unknown key 'bord'. Known here: robot, table, pieces, gripper, engine, planner, "
-                "twin, play, camera, sensor, data."
+                "twin, play, camera, sensor, data, network."
             ),
         ),
         ("[table]\n\nsquare = 5\n", "FILE:3: 'table.square' is 5: allowed: a number from 15 to 120."),
