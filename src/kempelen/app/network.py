@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from kempelen.app.config import Config
+from kempelen.app.node_keys import require_good
 from kempelen.core.errors import ConfigError
 from kempelen.nodes.link import Link
 from kempelen.nodes.zenoh_link import Network, ZenohLink
@@ -12,14 +13,21 @@ _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,31}")
 
 
 def network_of(config: Config) -> Network:
-    """How the others are found."""
+    """How the others are found.
+
+    Raises:
+        LinkError: nobody would accept this machine's keys.
+        ConfigError: they are missing or damaged.
+    """
     wanted = config.network
     keys = Path(wanted.keys).expanduser() if wanted.keys else None
+    if keys is not None:
+        require_good(keys)
     return Network(connect=wanted.connect, listen=wanted.listen, discover=wanted.discover, keys=keys)
 
 
 def link_of(config: Config) -> Link:
-    """This program's way to the others, to be entered."""
+    """This program's way to the others, to be entered; raises as `network_of`."""
     return ZenohLink(network_of(config))
 
 

@@ -117,3 +117,35 @@ def hall(
 
     settings = start.configured(config, network__connect=connect, network__listen=listen, network__keys=keys)
     node_run.run_hall(settings, tables)
+
+
+@node.command("keys")
+def keys_command(
+    name: Annotated[str | None, typer.Argument(help="Of the machine.", show_default="as the role")] = None,
+    role: Annotated[
+        str | None,
+        typer.Option("--role", help="robot, board, camera, engine, arbiter or view.", show_default=False),
+    ] = None,
+    days: Annotated[int, typer.Option("--days", help="How long they are valid.", min=1, max=3650)] = 397,
+    show: Annotated[bool, typer.Option("--show", help="List all keys: whose, until when.")] = False,
+    config: ConfigOption = None,
+    data_dir: DataDirOption = None,
+) -> None:
+    """Make keys by which machines know each other: then nobody else can join, listen or give orders.
+
+    The authority is made with the first ones, and stays on this machine. Each machine gets a folder, which
+    says what its program may do: a view, for example, may look on, and nothing else.
+
+    Examples:
+
+        kempelen node keys pi-3 --role robot              a folder to copy to the robot's machine
+        kempelen node robot --table hall-3 --keys pi-3    there
+        kempelen node keys --show
+    """
+    from kempelen.cli import node_keys, start
+
+    settings = start.configured(config, data__dir=data_dir)
+    if show or role is None:
+        node_keys.show_keys(settings, asked=show)
+    else:
+        node_keys.make(settings, role, name or role, days)

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import signal
 import tempfile
+from collections.abc import Coroutine
 from contextlib import AsyncExitStack
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from kempelen.app.config import Config
 from kempelen.app.light_tables import LightTableRun
 from kempelen.app.network import link_of
 from kempelen.app.node_stand import RobotStand
+from kempelen.cli.knocks import told_of_knocks
 
 _LOOK_S = 0.5
 
@@ -23,7 +25,7 @@ def run_robot(config: Config, table: str) -> None:
     Raises:
         KempelenError: the robot or the network cannot be used.
     """
-    asyncio.run(_robot(config, table))
+    run_node(config, _robot(config, table))
 
 
 def run_hall(config: Config, tables: int) -> None:
@@ -32,7 +34,13 @@ def run_hall(config: Config, tables: int) -> None:
     Raises:
         KempelenError: the network cannot be used.
     """
-    asyncio.run(_hall(config, tables))
+    run_node(config, _hall(config, tables))
+
+
+def run_node(config: Config, work: Coroutine[None, None, None]) -> None:
+    """In a loop of its own; whoever is refused meanwhile is told of."""
+    with told_of_knocks(typer.echo, keys=bool(config.network.keys)):
+        asyncio.run(work)
 
 
 def until_signal() -> asyncio.Event:

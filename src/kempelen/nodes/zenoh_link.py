@@ -9,17 +9,21 @@ import contextlib
 import json
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 import zenoh
 
 from kempelen.core.errors import LinkError
+from kempelen.nodes.handshake import why_not
 from kempelen.nodes.link import Answer, Changed, Hear
+from kempelen.nodes.rules import access_control
 
 _log = logging.getLogger(__name__)
 _OPEN_S = 10.0
+_LEASE_MS = 4000
+"""Without a word for so long another program counts as gone."""
 _STANDING_S = 1.0
 
 
@@ -31,22 +35,22 @@ class Network:
         connect: Endpoints of others: ``tcp/10.0.0.5:7447``, or ``tls/...`` with keys.
         listen: Own endpoints; empty: any free port, where others find this program by themselves.
         discover: Whether others on the same network are looked for.
-        keys: Folder with ``ca.pem``, ``node.pem`` and ``node.key``; None: nobody is asked who they are.
-        rules: Access control in zenoh's own terms; see `kempelen.nodes.keys`.
+        keys: Folder with ``ca.pem``, ``node.pem`` and ``node.key``: all is encrypted, everybody is asked
+            who they are, and may do what `kempelen.nodes.rules` says. None: nobody is asked.
     """
 
     connect: tuple[str, ...] = ()
     listen: tuple[str, ...] = ()
     discover: bool = True
     keys: Path | None = None
-    rules: dict[str, Any] = field(default_factory=dict)
 
     def config(self) -> zenoh.Config:
         """In zenoh's own terms.
 
         Raises:
-            LinkError: an endpoint cannot be read.
+            LinkError: an endpoint cannot be read, or does not go with the keys.
         """
+        self._check()
         wanted: dict[str, Any] = {
             "mode": "peer",
             "scouting": {"multicast": {"enabled": self.discover}, "gossip": {"enabled": True}},
@@ -54,10 +58,10 @@ class Network:
         }
         if self.listen or self.keys is not None:
             wanted["listen"] = {"endpoints": list(self.listen) or ["tls/0.0.0.0:0"]}
+        wanted["transport"] = {"link": {"tx": {"lease": _LEASE_MS}}}
         if self.keys is not None:
-            wanted["transport"] = {"link": {"tls": self._certificates(self.keys), "protocols": ["tls"]}}
-        if self.rules:
-            wanted["access_control"] = self.rules
+            wanted["transport"]["link"] |= {"tls": self._certificates(self.keys), "protocols": ["tls"]}
+            wanted["access_control"] = access_control()
         try:
             return zenoh.Config.from_json5(json.dumps(wanted))
         except zenoh.ZError as error:
@@ -65,6 +69,19 @@ class Network:
                 f"The network's settings cannot be used: {_first_line(error)}.",
                 hint="Endpoints look like tcp/192.168.1.20:7447 or tls/robot.local:7447.",
             ) from None
+
+    def _check(self) -> None:
+        for endpoint in (*self.connect, *self.listen):
+            if self.keys is not None and not endpoint.startswith("tls/"):
+                raise LinkError(
+                    f"{endpoint} is not encrypted, but this machine has keys.",
+                    hint=f"Write tls/{endpoint.partition('/')[2]}, or leave out --keys.",
+                )
+            if self.keys is None and endpoint.startswith("tls/"):
+                raise LinkError(
+                    f"{endpoint} wants to know who asks.",
+                    hint="Name this machine's keys with --keys; make them with: kempelen node keys",
+                )
 
     @staticmethod
     def _certificates(keys: Path) -> dict[str, Any]:
@@ -110,7 +127,19 @@ class ZenohLink:
                 f"The network cannot be joined: {_first_line(error)}.",
                 hint="Check --connect and --listen, and that the keys are valid: kempelen node keys --show",
             ) from None
+        await self._explain()
         return self
+
+    async def _explain(self) -> None:
+        """Whoever is not reached yet may come, unless it is the keys."""
+        reached = {link.dst for link in self.session.info.links()}
+        missing = [endpoint for endpoint in self._network.connect if endpoint not in reached]
+        if reason := await why_not(missing, self._network.keys):
+            await self.__aexit__()
+            raise LinkError(
+                f"{reason}.",
+                hint="All machines need keys of one authority, still valid: kempelen node keys --show",
+            )
 
     async def __aexit__(self, *exc: object) -> None:
         """Leave."""

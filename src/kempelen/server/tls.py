@@ -13,16 +13,11 @@ from pathlib import Path
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from kempelen.app.files import replace_file
-from kempelen.core.errors import ConfigError
+from kempelen.app.certificates import SERVER, sign
 
 _LASTS = dt.timedelta(days=397)  # longer ones are refused by Safari
 _RENEW = dt.timedelta(days=30)
-_CLOCKS = dt.timedelta(days=1)
-"""By which other clocks may be behind."""
 
 
 @dataclass(frozen=True)
@@ -70,41 +65,9 @@ def _still_good(kept: Certificate, wanted: frozenset[str]) -> x509.Certificate |
 
 
 def _make(kept: Certificate, names: frozenset[str]) -> x509.Certificate:
-    key = ec.generate_private_key(ec.SECP256R1())
-    who = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Kempelen")])
-    now = dt.datetime.now(dt.UTC)
-    made = (
-        x509.CertificateBuilder()
-        .subject_name(who)
-        .issuer_name(who)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - _CLOCKS)
-        .not_valid_after(now + _LASTS)
-        .add_extension(x509.SubjectAlternativeName([_named(name) for name in sorted(names)]), critical=False)
-        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
-        .add_extension(x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), critical=False)
-        .sign(key, hashes.SHA256())
-    )
-    secret = key.private_bytes(
-        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    )
-    try:
-        replace_file(kept.key, secret.decode(), private=True)
-        replace_file(kept.certificate, made.public_bytes(serialization.Encoding.PEM).decode())
-    except OSError as error:
-        raise ConfigError(
-            f"The certificate cannot be kept in {kept.key.parent}: {error.strerror}.",
-            hint="Name another data directory with --data-dir.",
-        ) from None
-    return made
-
-
-def _named(name: str) -> x509.GeneralName:
-    try:
-        return x509.IPAddress(ip_address(name))
-    except ValueError:
-        return x509.DNSName(name)
+    made = sign("Kempelen", _LASTS, hosts=names, uses=[SERVER])
+    made.keep(kept.certificate, kept.key)
+    return made.certificate
 
 
 def host_names() -> frozenset[str]:
