@@ -3,7 +3,6 @@
 import re
 import socket
 
-import pytest
 from playwright.sync_api import Page, expect
 
 from kempelen.testing.pages import BACK_RANK, FAST, Serve, Visitor, Visitors, ask_twin

@@ -25,7 +25,7 @@ def faults_of(
 
     Args:
         robot: Its state; None when none is connected.
-        playing: Whether a game is being played: it homes the robot itself.
+        playing: Whether a game is being played, or set up: it homes the robot itself.
         ended_by: What cut the game off that is still shown.
         trouble: Why there is no table, or why its calibration cannot be used.
         eyes: Why the board is not being watched.

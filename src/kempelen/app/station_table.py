@@ -54,6 +54,7 @@ class StationTable:
         self._work: asyncio.Task[Any] | None = None
         self._inner: asyncio.Task[Any] | None = None
         self._halted = False
+        self._letting_go = False
         self._passing: Phase | None = None
         self._trouble: KempelenError | None = None
         self._jogs = JogDesk(lambda: self._pace(_JOG_PACE), lambda: self._pace(self.speed))
@@ -140,10 +141,10 @@ class StationTable:
 
     @property
     def faults(self) -> tuple[StationFault, ...]:
-        """What is wrong, the gravest first."""
+        """What is wrong, the gravest first; that a robot is let go of is nothing wrong."""
         return faults_of(
-            self.robot if self.session is not None else None,
-            playing=self.playing is not None,
+            self.robot if self.session is not None and not self._letting_go else None,
+            playing=self.playing is not None or self._passing is not None,
             ended_by=self._run.error if self._run is not None else None,
             trouble=self._idle.trouble if self._idle is not None else self._trouble,
             eyes=self.eyes.trouble if self.eyes is not None else "",
@@ -336,15 +337,16 @@ class StationTable:
 
     async def _put_away(self) -> None:
         """The table of the game, or the station's own, with robot at rest."""
-        self._trouble = None
-        await self._before_putting_away()
+        self._trouble, self._letting_go = None, True
         try:
+            await self._before_putting_away()
             if self._run is not None:
                 await self._run.leave()
             if self._idle is not None:
                 await self._idle.__aexit__(None, None, None)
         finally:
             self._run = self._idle = None
+            self._letting_go = False
             await self._hang_up()
 
     async def _before_putting_away(self) -> None:

@@ -30,8 +30,6 @@ _PASSES = """([axis, target, up]) => {
     const now = Number(document.querySelectorAll('.axis dd bdi')[axis].textContent.replace(',', ''));
     return up ? now >= target : now <= target;
 }"""
-_RESIZED = "without parentNode"
-"""What cm-chessboard says when its board is resized while a piece glides; it draws all of them anew then."""
 Serve = Callable[..., Served]
 """Starts a server; takes its options, and ``data``, ``port`` and ``engine``."""
 BACK_RANK = "r5k1/pp3ppp/8/8/8/8/PP2QPPP/4R1K1 w - - 0 1"
@@ -230,7 +228,7 @@ class Visitors:
     """
 
     browser: Browser
-    expected: list[str] = field(default_factory=lambda: [_RESIZED])
+    expected: list[str] = field(default_factory=list)
     troubles: list[str] = field(default_factory=list)
     pages: list[Page] = field(default_factory=list)
     pictures: list[Path] = field(default_factory=list)

@@ -9,6 +9,7 @@ declare module "cm-chessboard/src/Chessboard.js" {
     position?: string;
     orientation?: "w" | "b";
     assetsUrl?: string;
+    responsive?: boolean;
     style?: {
       cssClass?: string;
       showCoordinates?: boolean;
@@ -18,6 +19,7 @@ declare module "cm-chessboard/src/Chessboard.js" {
   }
   export class Chessboard {
     constructor(context: HTMLElement, props?: Props);
+    readonly view: { handleResize(): void };
     setPosition(fen: string, animated?: boolean): Promise<void>;
     setOrientation(colour: "w" | "b", animated?: boolean): Promise<void>;
     getPosition(): string;

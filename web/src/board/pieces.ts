@@ -22,18 +22,32 @@ export function putPieces(element: HTMLElement, fen: string, orientation: "white
     position: fieldOf(fen),
     orientation: orientation === "white" ? "w" : "b",
     assetsUrl: "",
+    responsive: false,
     style: { cssClass: "pieces", showCoordinates: false, animationDuration: still ? 0 : STEP_MS, pieces: { file: spriteUrl } },
   });
   // The squares under them are read from our own board; to a screen reader these are decoration.
   element.querySelector("svg")?.setAttribute("aria-hidden", "true");
+  // Pieces are drawn anew for another size; not while one glides, which would end up beside the new ones.
+  let gliding = Promise.resolve();
+  let side = orientation;
+  let gone = false;
+  const resizes = new ResizeObserver(() => void gliding.then(() => gone || board.view.handleResize()));
+  resizes.observe(element);
   return {
-    show: (next, animated) => void board.setPosition(fieldOf(next), animated && !still),
-    turn: (colour) => void board.setOrientation(colour === "white" ? "w" : "b", false),
+    show: (next, animated) => void (gliding = board.setPosition(fieldOf(next), animated && !still)),
+    turn: (colour) => {
+      if (colour !== side) gliding = board.setOrientation(colour === "white" ? "w" : "b", false);
+      side = colour;
+    },
     input: (handler) => {
       if (board.isMoveInputEnabled()) board.disableMoveInput();
       if (handler) board.enableMoveInput(handler);
     },
-    destroy: () => board.destroy(),
+    destroy: () => {
+      gone = true;
+      resizes.disconnect();
+      board.destroy();
+    },
   };
 }
 
