@@ -9,6 +9,7 @@ from kempelen.app.table_session import calibrated_table
 from kempelen.core.errors import GameError
 from kempelen.core.places import Layout
 from kempelen.core.table import Table, start_layout
+from kempelen.core.words import say
 from kempelen.game.fen import parse_fen
 from kempelen.game.journal import JournalReader
 from kempelen.game.modes import Mode
@@ -42,8 +43,12 @@ def standing_after(config: Config, table: Table, told: str) -> Layout:
         state = journal.state(game)
     if state.pending is not None:
         raise GameError(
-            f"Game {game} was left in the midst of a move; the hand may hold a piece.",
-            hint=f"Finish the move first: kempelen resume {game}",
+            say(
+                "left_in_move",
+                f"Game {game} was left in the midst of a move; the hand may hold a piece.",
+                game=game,
+            ),
+            hint=say("finish_it_first", f"Finish the move first: kempelen resume {game}", game=game),
         )
     return state.layout
 

@@ -24,10 +24,13 @@ from kempelen.app.live_game import LiveGame
 from kempelen.app.paths import newest_unfinished
 from kempelen.app.prompts import Prompts
 from kempelen.app.report import GameReport
+from kempelen.app.standing import setup_request, standing_after
 from kempelen.app.station_eyes import StationEyes
 from kempelen.app.station_types import CalibrationState, Change, GameOptions, Phase, Prompt
+from kempelen.app.table_session import calibrated_table
 from kempelen.core import events
 from kempelen.core.errors import GameError, JournalError, KempelenError
+from kempelen.core.places import Layout
 from kempelen.core.words import say
 from kempelen.game.clock import ClockReading
 from kempelen.game.modes import speaker
@@ -124,6 +127,28 @@ class Station(StationEyes):
         number = await self._start(config, request)
         self._asked_for = request, options
         return number
+
+    def left_standing(self, told: str) -> Layout:
+        """Where the pieces are now, as for `kempelen.app.standing.standing_after`.
+
+        Raises:
+            KempelenError: as there.
+        """
+        return standing_after(self._config, calibrated_table(self._config), told)
+
+    async def set_up(self, fen: str, told: str) -> int:
+        """The robot sets up a position; the number of the game without moves that this is.
+
+        Args:
+            fen: The position wanted.
+            told: Where the pieces are now, as for `left_standing`.
+
+        Raises:
+            GameError: a game is being played.
+            KempelenError: as `left_standing` and `begin`.
+        """
+        self._require_no_game()
+        return await self._start(self._config, setup_request(self._config, fen, told))
 
     @property
     def again(self) -> bool:

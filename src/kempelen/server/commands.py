@@ -134,6 +134,7 @@ class NewGame(Command):
         pgn_game: Which game of it, from 1.
         take_over: Number of the move at which the person takes the replay over.
         hands: Who carries a person's pieces; "auto": the person, where a camera looks.
+        set_up: Whether the robot first sets up the position, from where the last game left the pieces.
     """
 
     name: Literal["new_game"]
@@ -150,6 +151,20 @@ class NewGame(Command):
     take_over: Annotated[int, Field(ge=1, le=10_000)] | None = None
     clock: Clock | None = None
     hands: Literal["auto", "robot", "person"] = "auto"
+    set_up: bool = False
+
+
+class SetUp(Command):
+    """Let the robot set up a position, from wherever the pieces stand.
+
+    Attributes:
+        fen: The position wanted; empty for the beginning of a game.
+        standing: Where the pieces are now: as the ``last`` game left them, or that of this number, or a FEN.
+    """
+
+    name: Literal["set_up"]
+    fen: Annotated[str, Field(max_length=120)] = ""
+    standing: Annotated[str, Field(min_length=1, max_length=120)] = "last"
 
 
 class Rematch(Command):
@@ -308,7 +323,7 @@ class Bumped(Command):
 AnyCommand = Annotated[
     Connect | Disconnect | Home | Recover | EStop | Jog | JogStop
     | CalibrationBegin | Touch | CalibrationByCamera | CalibrationApply | CalibrationCancel
-    | NewGame | Rematch | ResumeGame | LeaveGame | SwapMode
+    | NewGame | SetUp | Rematch | ResumeGame | LeaveGame | SwapMode
     | Pause | Resume | Finish | Takeback | Resign | OfferDraw | Move | HandCarry | Answer
     | SetSpeed | SetEyes | SetEyeParameter | Record | Bumped,
     Field(discriminator="name"),

@@ -2,12 +2,14 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import chess
 
 from kempelen.app.cast import GameRequest
+from kempelen.app.standing import LAST
 from kempelen.app.station import Station
 from kempelen.app.station_types import GameOptions
 from kempelen.core.errors import ConfigError
@@ -71,7 +73,13 @@ async def _new_game(station: Station, wish: commands.NewGame) -> Result:
     options = GameOptions(
         engine=wish.engine or None, level=wish.level, move_time=wish.move_time, hands=wish.hands, clock=clock
     )
+    if wish.set_up:
+        request = replace(request, standing=station.left_standing(LAST))
     return {"game": await station.begin(request, options)}
+
+
+async def _set_up(station: Station, wish: commands.SetUp) -> Result:
+    return {"game": await station.set_up(_position(wish.fen), wish.standing)}
 
 
 def _position(fen: str) -> str:
@@ -129,6 +137,7 @@ _ACTS: Mapping[type[commands.Command], _Act] = {
     commands.CalibrationApply: lambda s, c: s.calibration_apply(c.square),
     commands.CalibrationCancel: lambda s, _: s.calibration_cancel(),
     commands.NewGame: _new_game,
+    commands.SetUp: _set_up,
     commands.Rematch: _rematch,
     commands.ResumeGame: _resume_game,
     commands.LeaveGame: lambda s, _: s.leave_game(),

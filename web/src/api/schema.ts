@@ -604,7 +604,7 @@ export interface components {
          */
         readonly Ask: {
             /** Command */
-            readonly command: components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["Rematch"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
+            readonly command: components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["SetUp"] | components["schemas"]["Rematch"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1701,6 +1701,7 @@ export interface components {
          *         pgn_game: Which game of it, from 1.
          *         take_over: Number of the move at which the person takes the replay over.
          *         hands: Who carries a person's pieces; "auto": the person, where a camera looks.
+         *         set_up: Whether the robot first sets up the position, from where the last game left the pieces.
          */
         readonly NewGame: {
             readonly clock?: components["schemas"]["Clock"] | null;
@@ -1762,6 +1763,11 @@ export interface components {
              * @default 1
              */
             readonly pgn_game?: number;
+            /**
+             * Set Up
+             * @default false
+             */
+            readonly set_up?: boolean;
             /**
              * Side
              * @default white
@@ -2444,6 +2450,33 @@ export interface components {
             readonly speed: number;
         };
         /**
+         * SetUp
+         * @description Let the robot set up a position, from wherever the pieces stand.
+         *
+         *     Attributes:
+         *         fen: The position wanted; empty for the beginning of a game.
+         *         standing: Where the pieces are now: as the ``last`` game left them, or that of this number, or a FEN.
+         */
+        readonly SetUp: {
+            /**
+             * Fen
+             * @default
+             */
+            readonly fen?: string;
+            /** Id */
+            readonly id: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly name: "set_up";
+            /**
+             * Standing
+             * @default last
+             */
+            readonly standing?: string;
+        };
+        /**
          * ShapeConfig
          * @description What differs from the preset in one kind of piece.
          *
@@ -3049,7 +3082,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["Rematch"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
+                readonly "application/json": components["schemas"]["Connect"] | components["schemas"]["Disconnect"] | components["schemas"]["Home"] | components["schemas"]["Recover"] | components["schemas"]["EStop"] | components["schemas"]["Jog"] | components["schemas"]["JogStop"] | components["schemas"]["CalibrationBegin"] | components["schemas"]["Touch"] | components["schemas"]["CalibrationByCamera"] | components["schemas"]["CalibrationApply"] | components["schemas"]["CalibrationCancel"] | components["schemas"]["NewGame"] | components["schemas"]["SetUp"] | components["schemas"]["Rematch"] | components["schemas"]["ResumeGame"] | components["schemas"]["LeaveGame"] | components["schemas"]["SwapMode"] | components["schemas"]["Pause"] | components["schemas"]["Resume"] | components["schemas"]["Finish"] | components["schemas"]["Takeback"] | components["schemas"]["Resign"] | components["schemas"]["OfferDraw"] | components["schemas"]["Move"] | components["schemas"]["HandCarry"] | components["schemas"]["Answer"] | components["schemas"]["SetSpeed"] | components["schemas"]["SetEyes"] | components["schemas"]["SetEyeParameter"] | components["schemas"]["Record"] | components["schemas"]["Bumped"];
             };
         };
         readonly responses: {
