@@ -202,6 +202,30 @@ async def test_a_rematch_has_the_same_clock_and_the_other_colour(table: MemorySt
     assert table.live.arbiter.game == 4
 
 
+async def test_the_robot_sets_the_board_up_again(table: MemoryStation) -> None:
+    station = table.station
+    await station.begin(PLAY)
+    await table.asked()
+    await station.move("e4")
+    await table.until(lambda: len(table.live.board.move_stack) >= 2)
+    with pytest.raises(GameError, match="being played"):
+        await station.set_up(chess.STARTING_FEN, "last")
+    await station.resign()
+    await table.until(lambda: station.report is not None)
+    asked = station.again
+    assert await station.set_up(chess.STARTING_FEN, "last") == 2
+    await table.until(lambda: station.report is not None)
+    report = station.report
+    assert report is not None
+    assert (report.game, report.plies, report.interventions) == (2, 0, 0)
+    assert report.transfers >= 2
+    state = table.live.arbiter.state
+    assert state.layout.board_part() == chess.Board().piece_map()
+    assert station.again == asked  # what can be played again is the game, not this
+    with pytest.raises(JournalError, match="has no game 9"):
+        await station.set_up(chess.STARTING_FEN, "9")
+
+
 async def test_left_in_a_pause_and_resumed(table: MemoryStation) -> None:
     station = table.station
     await station.begin(PLAY)
