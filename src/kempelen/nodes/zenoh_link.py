@@ -8,10 +8,11 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
+from weakref import WeakKeyDictionary
 
 import zenoh
 
@@ -98,8 +99,22 @@ class Network:
         }  # fmt: skip
 
 
+class _Shared:
+    """A session that all links of a program over the same network have in common."""
+
+    def __init__(self) -> None:
+        self.session: zenoh.Session | None = None
+        self.users = 0
+        self.busy = asyncio.Lock()
+
+
+_shared: WeakKeyDictionary[asyncio.AbstractEventLoop, dict[Network, _Shared]] = WeakKeyDictionary()
+
+
 class ZenohLink:
     """Implements `kempelen.nodes.link.Link`.
+
+    Links of one program over the same network share a session: an endpoint can be listened to but once.
 
     Args:
         network: How to find the others.
@@ -118,35 +133,54 @@ class ZenohLink:
             LinkError: an endpoint or a certificate cannot be used.
         """
         self._loop = asyncio.get_running_loop()
+        shared = _shared.setdefault(self._loop, {}).setdefault(self._network, _Shared())
+        async with shared.busy:
+            if shared.session is None:
+                shared.session = await self._opened()
+            shared.users += 1
+            self._session = shared.session
+        return self
+
+    async def _opened(self) -> zenoh.Session:
         config = self._network.config()
         try:
             async with asyncio.timeout(_OPEN_S):
-                self._session = await asyncio.to_thread(zenoh.open, config)
+                session = await asyncio.to_thread(zenoh.open, config)
         except (zenoh.ZError, TimeoutError) as error:
             raise LinkError(
                 f"The network cannot be joined: {_first_line(error)}.",
                 hint="Check --connect and --listen, and that the keys are valid: kempelen node keys --show",
             ) from None
-        await self._explain()
-        return self
+        try:
+            await self._explain(session)
+        except BaseException:
+            await asyncio.to_thread(session.close)
+            raise
+        return session
 
-    async def _explain(self) -> None:
+    async def _explain(self, session: zenoh.Session) -> None:
         """Whoever is not reached yet may come, unless it is the keys."""
-        reached = {link.dst for link in self.session.info.links()}
+        reached = {link.dst for link in session.info.links()}
         missing = [endpoint for endpoint in self._network.connect if endpoint not in reached]
         if reason := await why_not(missing, self._network.keys):
-            await self.__aexit__()
             raise LinkError(
                 f"{reason}.",
                 hint="All machines need keys of one authority, still valid: kempelen node keys --show",
             )
 
     async def __aexit__(self, *exc: object) -> None:
-        """Leave."""
+        """Take back what was declared; leave, if nobody else of this program is there."""
         session, self._session = self._session, None
-        self._declared.clear()
-        if session is not None:
-            await asyncio.to_thread(session.close)
+        if session is None:
+            return
+        declared, self._declared = self._declared, []
+        shared = _shared[self._loop][self._network]
+        async with shared.busy:
+            await asyncio.to_thread(_undeclare, declared)
+            shared.users -= 1
+            if not shared.users:
+                shared.session = None
+                await asyncio.to_thread(session.close)
 
     @property
     def session(self) -> zenoh.Session:
@@ -232,6 +266,12 @@ class ZenohLink:
         """From zenoh's thread into the loop."""
         with contextlib.suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(what, *arguments)
+
+
+def _undeclare(declared: Iterable[Any]) -> None:
+    for one in declared:
+        with contextlib.suppress(zenoh.ZError):  # the session may have been closed under it
+            one.undeclare()
 
 
 async def _answered(query: zenoh.Query, answer: Answer) -> None:
