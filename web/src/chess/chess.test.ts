@@ -1,5 +1,6 @@
 import { afterEach, expect, it } from "vitest";
 import { setLocale } from "../i18n/i18n.svelte";
+import { settings } from "../state/settings.svelte";
 import { scoreText, whiteShare } from "./evaluation";
 import { afterMove, formatFen, parseFen, possibleCastling, problems, START_FEN } from "./fen";
 import { localSan, readMove, saidMove } from "./san";
@@ -72,4 +73,14 @@ it("draws the evaluation from White's side", () => {
   expect(whiteShare({ centipawns: null, mate: -3 })).toBe(0);
   expect(scoreText({ centipawns: -123, mate: null })).toBe("−1.2");
   expect(scoreText({ centipawns: null, mate: 5 })).toBe("M5");
+});
+
+it("writes pieces as its reader has chosen", async () => {
+  await setLocale("cs");
+  const written = (["local", "figurine", "english"] as const).map((letters) => {
+    settings.letters = letters;
+    return localSan("Nxe8=Q+");
+  });
+  settings.letters = "local";
+  expect(written).toEqual(["Jxe8=D+", "♘xe8=♕+", "Nxe8=Q+"]);
 });

@@ -1,14 +1,21 @@
 // Moves as people write and say them. SAN comes from the server with English letters; there are no rules here.
 import { type Key, t } from "../i18n/i18n.svelte";
+import { settings } from "../state/settings.svelte";
 import { placement } from "./fen";
 
 const LETTERS = { K: "game.letter_k", Q: "game.letter_q", R: "game.letter_r", B: "game.letter_b", N: "game.letter_n" } as const;
 export type PieceKind = "k" | "q" | "r" | "b" | "n" | "p";
 
-/** "Nf3" with the letters of the page's language: "Jf3", "Sf3". */
+const FIGURINES = { K: "♔", Q: "♕", R: "♖", B: "♗", N: "♘" } as const;
+
+/** "Nf3" with the letters of the page's language: "Jf3", "Sf3"; or as its reader has chosen: "♘f3". */
 export function localSan(san: string): string {
-  if (san.startsWith("O")) return san;
-  return san.replaceAll(/[KQRBN]/g, (letter) => t(LETTERS[letter as keyof typeof LETTERS]));
+  if (san.startsWith("O") || settings.letters === "english") return san;
+  const figurines = settings.letters === "figurine";
+  return san.replaceAll(/[KQRBN]/g, (letter) => {
+    const kind = letter as keyof typeof LETTERS;
+    return figurines ? FIGURINES[kind] : t(LETTERS[kind]);
+  });
 }
 
 export function pieceKind(letter: string): PieceKind {

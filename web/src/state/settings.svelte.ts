@@ -12,6 +12,11 @@ export interface Settings {
   speech: boolean;
   /** Letters and numbers on the board's edge. */
   coordinates: boolean;
+  /** Pieces in moves: by the letters of the page's language, as pictures, or by English letters. */
+  letters: "local" | "figurine" | "english";
+  board: "wood" | "green" | "blue" | "grey";
+  /** A short tone for moves, ends of games and prompts. */
+  sounds: boolean;
   /** Board seen from: the person's side, or one colour always. */
   orientation: "auto" | "white" | "black";
 }
@@ -24,6 +29,9 @@ const DEFAULTS: Settings = {
   view: "board",
   speech: false,
   coordinates: true,
+  letters: "local",
+  board: "wood",
+  sounds: false,
   orientation: "auto",
 };
 
