@@ -164,6 +164,25 @@ def new(
     )  # fmt: skip
 
 
+@remote.command("set-up", rich_help_panel=_GAME)
+def set_up(
+    context: typer.Context,
+    fen: Annotated[
+        str, typer.Argument(help="The position wanted.", show_default="the beginning of a game")
+    ] = "",
+    standing: Annotated[
+        str, typer.Option("--from", help="Where the pieces are: last, a game's number, or a FEN.")
+    ] = "last",
+) -> None:
+    """Let the robot set up a position.
+
+    Examples:
+
+        kempelen remote set-up
+    """
+    _do(context, "set_up", fen=fen, standing=standing)
+
+
 @remote.command("go-on", rich_help_panel=_GAME)
 def go_on(
     context: typer.Context,

@@ -120,7 +120,7 @@ def test_options_out_of_range_are_named_as_they_were_given(
 
 def test_an_unknown_kind_of_robot(kempelen: Any, engine: Path) -> None:
     told = kempelen("play", "--robot", "crane", "--engine", engine)
-    assert_told(told, CONFIG, "'crane'", "Installed: gantry")
+    assert_told(told, CONFIG, "'crane'", "Installed: arm, gantry")
 
 
 @pytest.mark.parametrize(
@@ -424,7 +424,7 @@ def test_the_input_ends_when_a_person_is_to_move(kempelen: Any, engine: Path, da
 
 
 def test_benches_that_are_none(kempelen: Any, tmp_path: Path) -> None:
-    assert_told(kempelen("bench", "speed"), CONFIG, "There is no bench 'speed'", "spectators, twin")
+    assert_told(kempelen("bench", "speed"), CONFIG, "There is no bench 'speed'", "spectators, tracking, twin")
     told = kempelen("bench", "motion", "--json", tmp_path)
     assert_told(told, CONFIG, f"{tmp_path} cannot be written")
     told = kempelen("bench", "motion", "--clients", "5")
