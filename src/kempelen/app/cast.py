@@ -8,13 +8,11 @@ import chess
 from pydantic import JsonValue
 
 from kempelen.app.config import Config
+from kempelen.app.minds import engine_of
 from kempelen.core.errors import ConfigError
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Engine
 from kempelen.core.words import say
-from kempelen.engines.program import Habits
-from kempelen.engines.select import create_engine
-from kempelen.engines.wire import OptionValue
 from kempelen.game.clock import TimeControl
 from kempelen.game.modes import Mode, Pairing, TakeOver
 from kempelen.game.pgn import GameScore
@@ -106,24 +104,13 @@ class Cast:
         )
         if key not in self._engines:
             self._engines[key] = await self._stack.enter_async_context(
-                create_engine(*key[:2], self._habits(key[2]), time_left=self._left)
+                engine_of(self._config, *key, self._left)
             )
         details: dict[str, JsonValue] = {"engine": key[0], "level": key[1], "move_time": key[2]}
         return EnginePlayer(self._engines[key], seconds=key[2], details=details, time_left=self._left)
 
     def _left(self, colour: chess.Color) -> float | None:
         return self.time_left(colour)
-
-    def _habits(self, seconds: float) -> Habits:
-        chosen = self._config.engine
-        seed = self._config.twin.seed or None
-        options: dict[str, OptionValue] = {
-            name: value for name, value in chosen.options.items() if not isinstance(value, float)
-        }
-        return Habits(
-            seconds, chosen.threads, chosen.hash_mb, options, seed,
-            ponder=chosen.ponder, depth=chosen.depth or None, voters=chosen.voters, book=chosen.book,
-        )  # fmt: skip
 
     async def pairing(self, request: GameRequest) -> Pairing:
         """The players of a mode.

@@ -6,12 +6,15 @@ from typing import Self
 import chess
 
 from kempelen.app.config import NODE_PORT, Config
+from kempelen.app.minds import engine_of
 from kempelen.app.network import link_of, table_name
 from kempelen.app.table_session import TableSession, calibrated_table
-from kempelen.core.errors import ConfigError
+from kempelen.core.errors import ConfigError, LinkError
 from kempelen.core.table import start_layout
 from kempelen.nodes.door import open_door
+from kempelen.nodes.engine_node import EngineNode
 from kempelen.nodes.link import Link
+from kempelen.nodes.messages import key_of
 from kempelen.nodes.robot_node import RobotNode
 
 
@@ -62,6 +65,7 @@ class RobotStand:
         link = self._given
         if link is None:
             link = await self._stack.enter_async_context(link_of(self._config))
+        await require_alone(link, self._table, "robot")
         if session.control is not None:
             await open_door(link, self._table, session.control.ask)
         self.node = await self._stack.enter_async_context(RobotNode(session.driver, link, self._table))
@@ -69,3 +73,62 @@ class RobotStand:
     async def __aexit__(self, *exc: object) -> None:
         """Robot at rest, port free; a twin is put away."""
         await self._stack.aclose()
+
+
+class EngineStand:
+    """An engine of this machine, offered to the network. Async context manager.
+
+    Args:
+        config: Which engine, how strong, and how others find it.
+        name: By which they do.
+
+    Attributes:
+        node: Offers the engine.
+    """
+
+    def __init__(self, config: Config, name: str) -> None:
+        if config.engine.path.startswith(NODE_PORT):
+            raise ConfigError(
+                f"--engine {config.engine.path} is itself at another node.",
+                hint="Name an engine of this machine, or leave it out for the best at hand.",
+            )
+        self._config = config
+        self._name = table_name(name)
+        self._stack = AsyncExitStack()
+        self.node: EngineNode
+
+    async def __aenter__(self) -> Self:
+        """Start the engine, join the network, be found.
+
+        Raises:
+            EngineError: no such engine, or it does not start.
+            LinkError: the network cannot be joined, or another engine has that name.
+        """
+        wanted = self._config.engine
+        try:
+            engine = engine_of(self._config, wanted.path, wanted.level, wanted.move_time)
+            await self._stack.enter_async_context(engine)
+            link = await self._stack.enter_async_context(link_of(self._config))
+            await require_alone(link, self._name, "engine")
+            self.node = await self._stack.enter_async_context(EngineNode(engine, link, self._name))
+        except BaseException:
+            await self._stack.aclose()
+            raise
+        return self
+
+    async def __aexit__(self, *exc: object) -> None:
+        """Engine ended."""
+        await self._stack.aclose()
+
+
+async def require_alone(link: Link, name: str, what: str) -> None:
+    """Two nodes of one name would answer each for the other.
+
+    Raises:
+        LinkError: another one is there.
+    """
+    if await link.standing(key_of(name, what)):
+        raise LinkError(
+            f"There is a node for the {what} of {name} already.",
+            hint="Give this one another name, or end that.",
+        )

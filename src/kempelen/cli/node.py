@@ -6,8 +6,13 @@ from typing import Annotated
 import typer
 
 from kempelen.cli.options import (
+    BookOption,
     ConfigOption,
     DataDirOption,
+    EngineOption,
+    LevelOption,
+    MoveTimeOption,
+    PonderOption,
     PortOption,
     RobotOption,
     SeedOption,
@@ -71,6 +76,40 @@ def robot_node(
         network__keys=keys, sensor__kind="none",
     )  # fmt: skip
     node_run.run_robot(settings, table)
+
+
+@node.command("engine")
+def engine_node(
+    name: Annotated[str, typer.Option("--name", help="By which it is found.", metavar="NAME")] = "one",
+    engine: EngineOption = None,
+    level: LevelOption = None,
+    move_time: MoveTimeOption = None,
+    book: BookOption = None,
+    ponder: PonderOption = None,
+    seed: SeedOption = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    keys: KeysOption = None,
+    config: ConfigOption = None,
+) -> None:
+    """Offer an engine of this machine to whoever plays, under a name.
+
+    It thinks about one position at a time; others wait for it. A question that is asked twice is answered
+    once.
+
+    Examples:
+
+        kempelen node engine --name strong --engine stockfish
+        kempelen play --engine node:strong                        on any machine of the network
+    """
+    from kempelen.cli import node_run, start
+
+    settings = start.configured(
+        config, engine__path=engine, engine__level=level, engine__move_time=move_time, engine__book=book,
+        engine__ponder=ponder, twin__seed=seed, network__connect=connect, network__listen=listen,
+        network__keys=keys,
+    )  # fmt: skip
+    node_run.run_engine(settings, name)
 
 
 @node.command("view")

@@ -13,7 +13,7 @@ import typer
 from kempelen.app.config import Config
 from kempelen.app.light_tables import LightTableRun
 from kempelen.app.network import link_of
-from kempelen.app.node_stand import RobotStand
+from kempelen.app.node_stand import EngineStand, RobotStand
 from kempelen.cli.knocks import told_of_knocks
 
 _LOOK_S = 0.5
@@ -26,6 +26,24 @@ def run_robot(config: Config, table: str) -> None:
         KempelenError: the robot or the network cannot be used.
     """
     run_node(config, _robot(config, table))
+
+
+def run_engine(config: Config, name: str) -> None:
+    """Offer an engine; what happens is told in lines.
+
+    Raises:
+        KempelenError: the engine or the network cannot be used.
+    """
+    run_node(config, _engine(config, name))
+
+
+async def _engine(config: Config, name: str) -> None:
+    over = until_signal()
+    async with EngineStand(config, name) as stand:
+        typer.echo(f"{stand.node.engine.name} is at {name}. Ctrl-C ends it.")
+        typer.echo(f"Play against it: kempelen play --engine node:{name}")
+        await over.wait()
+    typer.echo("The engine has ended.")
 
 
 def run_hall(config: Config, tables: int) -> None:

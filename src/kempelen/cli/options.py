@@ -117,7 +117,7 @@ SensorOption = Annotated[
         rich_help_panel=_ROBOT,
     ),
 ]
-_ENGINE_HELP = "Path or name of an engine (UCI or xboard), or cluster."
+_ENGINE_HELP = "Path or name of an engine (UCI or xboard), cluster, or node:NAME on another machine."
 _LEVEL_HELP = "1 (beginner) to 20, an Elo, maia-1500, adaptive, or full."
 _MOVE_TIME_HELP = "Seconds for each engine move."
 _AS_BEFORE = "as before"
