@@ -124,8 +124,12 @@ class StationTable:
 
     @property
     def robot(self) -> RobotState:
-        """The robot's latest state."""
-        return self.session.robot.state if self.session is not None else RobotState()
+        """The robot's latest state; one that is let go of says nothing more: its line closes as it should."""
+        return self.session.robot.state if self.session is not None and self._connected else RobotState()
+
+    @property
+    def _connected(self) -> bool:
+        return self.session is not None and not self._letting_go
 
     @property
     def standing(self) -> Layout:
@@ -143,7 +147,7 @@ class StationTable:
     def faults(self) -> tuple[StationFault, ...]:
         """What is wrong, the gravest first; that a robot is let go of is nothing wrong."""
         return faults_of(
-            self.robot if self.session is not None and not self._letting_go else None,
+            self.robot if self._connected else None,
             playing=self.playing is not None or self._passing is not None,
             ended_by=self._run.error if self._run is not None else None,
             trouble=self._idle.trouble if self._idle is not None else self._trouble,
@@ -347,6 +351,7 @@ class StationTable:
         finally:
             self._run = self._idle = None
             self._letting_go = False
+            self._tell(Change.ROBOT)
             await self._hang_up()
 
     async def _before_putting_away(self) -> None:

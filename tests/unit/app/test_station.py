@@ -67,6 +67,17 @@ async def test_off_connected_homed_and_off_again(table: MemoryStation) -> None:
     assert {Change.STATION, Change.ROBOT} <= set(table.changes)
 
 
+async def test_a_line_that_is_let_go_of_is_no_trouble_to_be_told(table: MemoryStation) -> None:
+    station, shown = table.station, list[tuple[RobotPhase, str]]()
+    await station.connect("gantry", "memory")
+    session = station.require_session()
+    station.listen(lambda _: shown.append((station.robot.phase, station.robot.message)))
+    await station.begin(PLAY)
+    assert "was closed" in session.robot.state.message
+    assert (RobotPhase.DISCONNECTED, "") in shown
+    assert not any("was closed" in message for _, message in shown)
+
+
 REFUSED: dict[type[KempelenError], list[Callable[[Station], Awaitable[object]]]] = {
     LinkError: [
         lambda station: station.home(),
