@@ -15,6 +15,7 @@ from kempelen.app.camera_side import KnownSides, side_of
 from kempelen.app.cameras import TWIN, open_camera, parse_camera
 from kempelen.app.config import Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
+from kempelen.app.hand_watch import HandWatch
 from kempelen.app.judge import BoardJudge
 from kempelen.app.layouts import board_of, layout_after
 from kempelen.app.persistent import persistent
@@ -38,8 +39,6 @@ _PATIENCE_S = 1.0
 """A trouble that passes by itself so soon is not told."""
 _STARTING_S = 6.0
 """Learning how a board looks takes less; what hinders it for so long is told."""
-_HAND_FRAMES = 3
-"""The robot's own hand is in one or two more frames after it has come to rest."""
 _PLACE_S = 2.0
 """The board's place is compared with where it was this often."""
 _BUMP, _BUMP_LOOKS = 0.1, 2
@@ -81,6 +80,7 @@ class GameEyes:
         reader: For the person who plays.
         verifier: For the arbiter.
         busy: Tells whether the robot is at work: it is then over the board itself.
+        near: Tells whether its hand is where it let go last; that of an arm may then hide the board.
         position: Tells the game so far.
         bumped: Called when board or camera are seen to have moved.
         latest: What was seen last.
@@ -100,7 +100,7 @@ class GameEyes:
         self._square = config.table.square
         self._sides = KnownSides(config.data_dir / "white-sides.json")
         self._told, self._stuck_at = Sight.STARTING, ""
-        self._hand, self._hands = False, 0
+        self._hands = HandWatch()
         self._coming = Layout({})
         self._restarts = 0
         self._place: Array | None = None
@@ -111,6 +111,7 @@ class GameEyes:
         )
         self.trouble = ""
         self.busy: Callable[[], bool] = lambda: False
+        self.near: Callable[[], bool] = lambda: False
         self.position: Callable[[], chess.Board] = chess.Board
         self.latest: Observation | None = None
         self.bumped: Callable[[], Awaitable[None]] = _nothing
@@ -327,7 +328,8 @@ class GameEyes:
                 self.expect(self._coming)  # a new eye begins from what will stand when the robot has gone
             if seen.sight is not last:
                 last, since = seen.sight, now
-            self._tell_of_hands(seen)
+            if (hand := self._hands.look(seen, robot=self.busy() or self.near())) is not None:
+                self._tell(events.HandOverBoard(hand))
             if now - since >= _PATIENCE_S or seen.valid:
                 self._tell_of_sight(seen, now - since)
             if seen.valid and now - self._checked > _PLACE_S and not self.busy():
@@ -348,13 +350,6 @@ class GameEyes:
         if self.trouble:
             self.trouble = ""
             self._tell(events.SensorChanged(seen.sight, seen.message))
-
-    def _tell_of_hands(self, seen: Observation) -> None:
-        hand = seen.hand and not self.busy()
-        self._hands = self._hands + 1 if hand else 0
-        if self._hands == _HAND_FRAMES or (self._hand and seen.valid):
-            self._hand = hand
-            self._tell(events.HandOverBoard(hand))
 
     def _tell_of_sight(self, seen: Observation, waited: float) -> None:
         """A hand is no trouble, and what was told once is not told again; what keeps it from starting is."""

@@ -178,7 +178,7 @@ class LiveGame:
         self.cast.time_left = self.arbiter.clock.left
         if self.eyes is not None:
             self.arbiter.events.listen(self.eyes.listen)
-            self.eyes.busy = lambda: self.arbiter.moving
+            self.eyes.busy, self.eyes.near = lambda: self.arbiter.moving, lambda: log.state.around is not None
             self.eyes.position = lambda: self.board
             self.eyes.bumped = self.arbiter.pause
             self.arbiter.events.listen(TouchUp(self.session, self.eyes).hear)
