@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Playwright, expect, sync_playwright
@@ -89,6 +90,17 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield serve(*BLIND)
 
 
+@pytest.fixture(scope="module")
+def badge(shared: Served, browser: Browser) -> list[Any]:
+    """Cookies of an operator of the shared server: its link works once."""
+    with browser.new_context() as context:
+        page = context.new_page()
+        page.goto(shared.link)
+        Visitor(page).ready()
+        cookies: list[Any] = context.cookies()
+    return cookies
+
+
 @pytest.fixture
 def visitors(browser: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Visitors]:
     """Pages; anything that goes wrong on one fails the test, and one that fails leaves pictures behind."""
@@ -98,6 +110,12 @@ def visitors(browser: Browser, request: pytest.FixtureRequest, tmp_path: Path) -
         visitors.photograph(tmp_path)
     visitors.close()
     assert visitors.unexpected() == []
+
+
+@pytest.fixture
+def guest(shared: Served, badge: list[Any], visitors: Visitors) -> Visitor:
+    """An operator of the shared server, for what changes nothing at the table."""
+    return Visitor(visitors.open(shared.origin, cookies=badge)).ready()
 
 
 @pytest.fixture

@@ -34,11 +34,11 @@ def test_html_in_a_pgn_is_text(operator: Visitor) -> None:
     assert page.locator("main img, main script, main b").count() == 0
 
 
-def test_a_hundred_megabytes(operator: Visitor) -> None:
+def test_a_hundred_megabytes(guest: Visitor) -> None:
     """Refused by the page before it is sent, and by the server before it is read."""
-    page = operator.page
-    operator.go("New game")
-    operator.button(re.compile("^Replay")).click()
+    page = guest.page
+    guest.go("New game")
+    guest.button(re.compile("^Replay")).click()
     page.evaluate(
         """() => {
             const bytes = new DataTransfer();
@@ -47,7 +47,7 @@ def test_a_hundred_megabytes(operator: Visitor) -> None:
             document.querySelector('input[type=file]').dispatchEvent(new Event('change', { bubbles: true }));
         }"""
     )
-    expect(operator.note(re.compile("too large: at most 2"))).to_be_visible()
+    expect(guest.note(re.compile("too large: at most 2"))).to_be_visible()
     address = urlsplit(page.url)
     connection = http.client.HTTPConnection(str(address.hostname), address.port, timeout=30)
     connection.putrequest("POST", "/api/pgn")
@@ -60,14 +60,12 @@ def test_a_hundred_megabytes(operator: Visitor) -> None:
     connection.close()
 
 
-def test_another_sites_page_can_do_nothing(serve: Serve, visitors: Visitors) -> None:
-    server = serve()
-    operator = Visitor(visitors.open(server.link)).ready()
-    cookies = operator.page.context.cookies()
+def test_another_sites_page_can_do_nothing(shared: Served, guest: Visitor, visitors: Visitors) -> None:
+    cookies = guest.page.context.cookies()
     command = {"name": "home", "id": uuid.uuid4().hex}
     for origin in ("http://evil.example", "null"):
-        answer = operator.page.request.post(
-            f"{server.origin}/api/commands", data=command, headers={"Origin": origin}
+        answer = guest.page.request.post(
+            f"{shared.origin}/api/commands", data=command, headers={"Origin": origin}
         )
         assert answer.status == 403
     assert cookies[0]["httpOnly"]
@@ -75,7 +73,7 @@ def test_another_sites_page_can_do_nothing(serve: Serve, visitors: Visitors) -> 
     visitors.expected.append(
         "WebSocket connection|blocked by CORS|Failed to load|ERR_|Refused|Content Security"
     )
-    page = operator.page
+    page = guest.page
     page.route("http://elsewhere.example/", lambda route: route.fulfill(body="", content_type="text/html"))
     page.goto("http://elsewhere.example/")
     opened = page.evaluate(
@@ -84,7 +82,7 @@ def test_another_sites_page_can_do_nothing(serve: Serve, visitors: Visitors) -> 
             socket.onopen = () => done(true);
             socket.onerror = () => done(false);
         })""",
-        server.origin.replace("http", "ws") + "/api/ws",
+        shared.origin.replace("http", "ws") + "/api/ws",
     )
     assert not opened
 

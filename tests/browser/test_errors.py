@@ -87,17 +87,17 @@ UNPLAYABLE = {
 }
 
 
-def test_pgns_that_cannot_be_played(operator: Visitor, visitors: Visitors) -> None:
+def test_pgns_that_cannot_be_played(guest: Visitor, visitors: Visitors) -> None:
     """Text without tags is read at once; what has tags is listed, and read when it is to be played."""
     visitors.expected.append("status of 409")
-    page = operator.page
-    operator.go("New game")
-    operator.button(re.compile("^Replay")).click()
+    page = guest.page
+    guest.go("New game")
+    guest.button(re.compile("^Replay")).click()
     for text, words in UNPLAYABLE.items():
         page.get_by_role("textbox", name="… or paste it").fill(text)
-        operator.button("Read it").click()
+        guest.button("Read it").click()
         if text.startswith("["):
-            operator.button("Begin").click()
+            guest.button("Begin").click()
         expect(page.get_by_role("log", name="Notes")).to_contain_text(words)
         page.get_by_role("log", name="Notes").get_by_role("button", name="Close").first.click()
         expect(page.get_by_role("log", name="Notes")).to_be_empty()
@@ -111,19 +111,19 @@ BAD_POSITIONS = {
 }
 
 
-def test_positions_that_are_none(operator: Visitor) -> None:
-    operator.go("New game")
-    page = operator.page
+def test_positions_that_are_none(guest: Visitor) -> None:
+    guest.go("New game")
+    page = guest.page
     page.get_by_text("Set one up").click()
     for fen, words in BAD_POSITIONS.items():
         page.get_by_role("textbox", name="FEN").fill(fen)
         expect(page.get_by_role("listitem").filter(has_text=words)).to_be_visible()
-        expect(operator.button("Begin")).to_be_disabled()
+        expect(guest.button("Begin")).to_be_disabled()
 
 
-def test_a_table_that_does_not_fit(operator: Visitor) -> None:
-    operator.go("Calibrate")
-    page = operator.page
+def test_a_table_that_does_not_fit(guest: Visitor) -> None:
+    guest.go("Calibrate")
+    page = guest.page
     page.get_by_role("tab", name="Trays and pieces").click()
     add_tray_far_away(page)
     expect(page.get_by_text(re.compile("Does not fit: "))).to_be_visible()
@@ -135,6 +135,6 @@ def add_tray_far_away(page: Page) -> None:
     x.blur()
 
 
-def test_a_page_that_is_none(operator: Visitor) -> None:
-    operator.page.goto(f"{operator.page.url}no/such/page")
-    expect(operator.page.get_by_role("heading", name="There is no such page.")).to_be_visible()
+def test_a_page_that_is_none(guest: Visitor) -> None:
+    guest.page.goto(f"{guest.page.url}no/such/page")
+    expect(guest.page.get_by_role("heading", name="There is no such page.")).to_be_visible()
