@@ -16,6 +16,7 @@ from platformdirs import user_config_path, user_data_path
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from kempelen.app.config_errors import explain
+from kempelen.app.config_network import NetworkConfig
 from kempelen.app.config_pieces import PiecesConfig, Section
 from kempelen.app.robot_defaults import ARM, GANTRY, of_robot, with_robot_defaults
 from kempelen.app.table_file import read_table_file
@@ -221,22 +222,6 @@ class DataConfig(Section):
     """
 
     dir: Annotated[str, Field(max_length=1000)] = ""
-
-
-class NetworkConfig(Section):
-    """How programs on several machines find each other.
-
-    Attributes:
-        connect: Endpoints of others beyond this network: "tcp/10.0.0.5:7447", "tls/robot.example:7447".
-        listen: Own endpoints; empty for any free port, which others on the same network find by themselves.
-        discover: Whether others on the same network are looked for.
-        keys: Folder of this machine's keys, of `kempelen node keys`; empty: nobody is asked who they are.
-    """
-
-    connect: Annotated[tuple[str, ...], Field(max_length=32)] = ()
-    listen: Annotated[tuple[str, ...], Field(max_length=8)] = ()
-    discover: bool = True
-    keys: Annotated[str, Field(max_length=1000)] = ""
 
 
 class Config(Section):

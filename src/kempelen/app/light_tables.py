@@ -8,8 +8,7 @@ from typing import Self
 
 import chess
 
-from kempelen.app.narrate import sentence
-from kempelen.core import events
+from kempelen.app.table_status import TableStatus
 from kempelen.core.protocols import OnThinking
 from kempelen.core.table import Table, start_layout
 from kempelen.game.arbiter import Arbiter
@@ -19,13 +18,12 @@ from kempelen.game.opening import new_game
 from kempelen.game.players import Proposal, Propose
 from kempelen.game.records import PlayerSpec
 from kempelen.nodes.link import Link
-from kempelen.nodes.status import Status, stand_for, tell
 from kempelen.robots.hand import CartesianHand
 from kempelen.twin.light import LightRobot, LightTable
 
 _THINKING_S = (0.5, 4.0)
-_LIFE_S = 2.0
-"""A table is heard of at least this often."""
+_SOON_S = 1.0
+"""Many tables share one processor: each tells at most this often."""
 
 
 class Passer:
@@ -72,20 +70,21 @@ class LightTableRun:
         self._rng = random.Random(seed)  # noqa: S311 - games to look at, no secrets
         self._pace = pace
         self._stack = AsyncExitStack()
-        self._status = Status(table=name)
-        self._tasks: list[asyncio.Task[None]] = []
+        self._status: TableStatus
+        self._playing: asyncio.Task[None]
 
     async def __aenter__(self) -> Self:
         """Begin to play."""
-        await stand_for(self._link, self._name)
-        self._tasks = [asyncio.create_task(self._play()), asyncio.create_task(self._live())]
+        self._status = await self._stack.enter_async_context(
+            TableStatus(self._link, self._name, soon=_SOON_S)
+        )
+        self._playing = asyncio.create_task(self._play())
         return self
 
     async def __aexit__(self, *exc: object) -> None:
         """The game is left."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._playing.cancel()
+        await asyncio.gather(self._playing, return_exceptions=True)
         await self._stack.aclose()
 
     async def _play(self) -> None:
@@ -98,48 +97,5 @@ class LightTableRun:
             async with LightRobot(table, world, pace=self._pace) as robot:
                 log = new_game(journal, pairing, table)
                 arbiter = Arbiter(log, CartesianHand(robot, table), pairing, table)
-                arbiter.events.listen(self._note)
+                arbiter.events.listen(self._status.hear)
                 await arbiter.run()
-
-    async def _live(self) -> None:
-        while True:
-            await self._tell()
-            await asyncio.sleep(_LIFE_S)
-
-    async def _tell(self) -> None:
-        self._status = self._status.model_copy(update={"count": self._status.count + 1})
-        await tell(self._link, self._status)
-
-    def _note(self, event: events.Event) -> None:
-        if changes := status_after(event):
-            self._status = self._status.model_copy(update=changes)
-
-
-def status_after(event: events.Event) -> dict[str, object]:
-    """What an event changes in a table's status."""
-    changes: dict[str, object] = {}
-    match event:
-        case events.GameStarted():
-            changes = {
-                "game": event.game, "white": event.white, "black": event.black, "fen": event.fen,
-                "ply": event.plies, "last": "", "result": "", "doing": "getting ready",
-            }  # fmt: skip
-        case events.TurnBegan():
-            changes = {"doing": f"{event.player} thinks"}
-        case events.CheckpointReached() | events.Resumed():
-            changes = {"doing": sentence(event), "paused": False}
-        case events.RobotChanged():
-            changes = {"robot": event.state.phase.value}
-        case events.MoveCommitted():
-            changes = {"fen": event.fen, "ply": event.ply, "last": event.san}
-        case events.Paused():
-            changes = {"paused": True, "doing": "paused"}
-        case events.OperatorAsked():
-            changes = {"trouble": event.text[:300]}
-        case events.OperatorAnswered():
-            changes = {"trouble": ""}
-        case events.GameOver():
-            changes = {"result": event.result, "doing": event.reason}
-        case _:
-            pass
-    return changes

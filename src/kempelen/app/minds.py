@@ -6,7 +6,6 @@ import chess
 
 from kempelen.app.config import NODE_PORT, Config
 from kempelen.app.network import link_of, table_name
-from kempelen.core.errors import ConfigError
 from kempelen.core.protocols import Engine
 from kempelen.engines.program import Habits
 from kempelen.engines.select import create_engine
@@ -38,19 +37,14 @@ def engine_of(
     Args:
         config: For its habits, and the network.
         path: As `create_engine`, or ``node:NAME`` for one at a node.
-        level: As `create_engine`; a node's engine has that of its node.
+        level: As `create_engine`; a node's engine has that of its node, and says so in its name.
         seconds: For each move.
         time_left: Tells a side's time on the game's clock, s.
 
     Raises:
         EngineError: there is no such engine.
-        ConfigError: engine and level contradict each other.
+        ConfigError: engine and level contradict each other, or the name of the node is none.
     """
     if not path.startswith(NODE_PORT):
         return create_engine(path, level, habits_of(config, seconds), time_left=time_left)
-    if level != "full":
-        raise ConfigError(
-            f"The engine {path} plays at the level of its node, not at {level}.",
-            hint="Leave out --level, and give it where the node is: kempelen node engine --level 5",
-        )
     return RemoteEngine(link_of(config), table_name(path.removeprefix(NODE_PORT)))

@@ -16,6 +16,7 @@ from kempelen.cli.options import (
     PortOption,
     RobotOption,
     SeedOption,
+    SensorOption,
     SpeedOption,
 )
 
@@ -110,6 +111,48 @@ def engine_node(
         network__keys=keys,
     )  # fmt: skip
     node_run.run_engine(settings, name)
+
+
+@node.command("arbiter")
+def arbiter_node(
+    table: TableOption = "one",
+    host: Annotated[str, typer.Option("--host", help="Address at which the page is served.")] = "127.0.0.1",
+    http_port: Annotated[
+        int | None,
+        typer.Option(
+            "--http-port", help="Port of the page; 0 for any.", min=0, max=65535, show_default="8420"
+        ),
+    ] = None,
+    tls: Annotated[bool, typer.Option("--tls", help="Encrypt the page.")] = False,
+    engine: EngineOption = None,
+    level: LevelOption = None,
+    move_time: MoveTimeOption = None,
+    robot: RobotOption = None,
+    speed: SpeedOption = None,
+    sensor: SensorOption = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    keys: KeysOption = None,
+    config: ConfigOption = None,
+    data_dir: DataDirOption = None,
+) -> None:
+    """Lead a table whose robot, board, camera and engine are at nodes; the page is served here.
+
+    Examples:
+
+        kempelen node arbiter --table hall-3
+        kempelen node arbiter --table hall-3 --engine node:strong --sensor reed
+        kempelen node arbiter --table hall-3 --keys keys/desk --connect tls/10.0.0.5:7447
+    """
+    from kempelen.cli import node_run, start
+
+    settings = start.configured(
+        config, engine__path=engine, engine__level=level, engine__move_time=move_time, robot__kind=robot,
+        robot__port=f"node:{table}", twin__speed=speed, sensor__kind=sensor or "none", data__dir=data_dir,
+        camera__source=f"node:{table}", sensor__port=f"node:{table}", network__table=table,
+        network__connect=connect, network__listen=listen, network__keys=keys,
+    )  # fmt: skip
+    node_run.run_arbiter(settings, host, http_port, tls=tls)
 
 
 @node.command("view")

@@ -12,8 +12,9 @@ import typer
 
 from kempelen.app.config import Config
 from kempelen.app.light_tables import LightTableRun
-from kempelen.app.network import link_of
+from kempelen.app.network import link_of, table_name
 from kempelen.app.node_stand import EngineStand, RobotStand
+from kempelen.cli import serve_run
 from kempelen.cli.knocks import told_of_knocks
 
 _LOOK_S = 0.5
@@ -44,6 +45,16 @@ async def _engine(config: Config, name: str) -> None:
         typer.echo(f"Play against it: kempelen play --engine node:{name}")
         await over.wait()
     typer.echo("The engine has ended.")
+
+
+def run_arbiter(config: Config, host: str, port: int | None, *, tls: bool) -> None:
+    """Serve the page of a table whose devices are at nodes.
+
+    Raises:
+        KempelenError: it cannot be served, or the network cannot be used.
+    """
+    table_name(config.network.table)
+    serve_run.run(config, host=host, port=port, tls=tls, passwords={}, names=(), browser=False)
 
 
 def run_hall(config: Config, tables: int) -> None:

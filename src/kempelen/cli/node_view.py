@@ -97,4 +97,4 @@ def _state(seen: Seen, now: float) -> Text:
         return Text("needs help", style="bold red")
     if status.paused:
         return Text("paused", style="yellow")
-    return Text(status.result or status.robot or "playing", style="green")
+    return Text(status.result or (status.robot or "playing" if status.game else "free"), style="green")

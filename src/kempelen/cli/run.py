@@ -18,6 +18,7 @@ from kempelen.app.config import Config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.people import Answers
 from kempelen.app.report import GameReport
+from kempelen.app.table_status import ToldStatus
 from kempelen.cli.board import Look
 from kempelen.cli.commands import Commander, LeaveError
 from kempelen.cli.plain import PlainView, typed_lines
@@ -121,7 +122,8 @@ class GameRunner:
             async with LiveGame(self._config, self._request, answers.ask, self._wish) as game:
                 self.game, self._pgn = game.arbiter.game, str(game.pgn)
                 commander = Commander(game, answers, self._tell, patient=not _keyboard())
-                async with self._view(game, commander) as (view, lines):
+                status = ToldStatus(self._config, game.arbiter.events)
+                async with status, self._view(game, commander) as (view, lines):
                     if game.notice:
                         self._say(game.notice)
                     await self._together(game, commander, view, lines)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 
-from kempelen.app.config import Config
+from kempelen.app.config import NODE_PORT, Config
 from kempelen.cli.trouble import told_of_warnings
 from kempelen.server.commands import Role
 from kempelen.server.run import Opened, ServeOptions, serve
@@ -37,7 +37,7 @@ def run(
         tls=tls,
         passwords={role: password for role, password in passwords.items() if password},
         names=frozenset(names),
-        connect=config.on_twin,
+        connect=config.on_twin or config.robot.port.startswith(NODE_PORT),
     )
 
     def opened(where: Opened) -> None:

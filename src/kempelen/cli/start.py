@@ -7,7 +7,7 @@ from typing import Any
 import chess
 
 from kempelen.app.cast import EngineWish, GameRequest
-from kempelen.app.config import Config, load_config
+from kempelen.app.config import NODE_PORT, Config, load_config
 from kempelen.app.paths import newest_unfinished
 from kempelen.app.standing import setup_request
 from kempelen.cli.run import run_game
@@ -49,6 +49,11 @@ def configured(config: Path | None, **overrides: Any) -> Config:
         settings = load_config(config, given)
     except ConfigError as error:
         raise ConfigError(_by_option(error.message, given), hint=error.hint) from None
+    if settings.engine.path.startswith(NODE_PORT) and given.get("engine.level"):
+        raise ConfigError(
+            f"The engine {settings.engine.path} plays at the level of its node.",
+            hint="Leave out --level, and give it where the node is: kempelen node engine --level 5",
+        )
     require_directory(settings.data_dir)
     return settings
 

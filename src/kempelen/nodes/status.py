@@ -18,6 +18,7 @@ class Status(Message):
     """Of one table, replaced whole.
 
     Attributes:
+        program: Of its making: another one's counts begin anew.
         count: Rises; an older one that comes later is passed over.
         doing: What goes on, in a few words.
         trouble: What is wrong; empty when nothing is.
@@ -25,6 +26,7 @@ class Status(Message):
     """
 
     table: _Text
+    program: _Text = ""
     count: int = 0
     game: int = 0
     white: _Text = ""
@@ -98,8 +100,8 @@ class HallView:
         with contextlib.suppress(LinkError):  # another program's, or damaged: the next one comes soon
             status = Status.unpack(content)
             table, before = key.split("/")[2], self._tables.get(key.split("/")[2], Seen())
-            restarted = before.status is not None and status.game != before.status.game
-            if before.status is None or restarted or status.count > before.status.count:
+            known = before.status
+            if known is None or status.program != known.program or status.count > known.count:
                 self._put(table, before.model_copy(update={"status": status, "heard": self._clock()}))
 
     def _see(self, key: str, here: bool) -> None:  # noqa: FBT001 - as `Link.watch` tells it

@@ -18,6 +18,7 @@ from websockets.http11 import Request
 
 from kempelen.app.config import Config
 from kempelen.app.station import Station
+from kempelen.app.table_status import ToldStatus
 from kempelen.core.errors import ConfigError, KempelenError
 from kempelen.server.app import create_app
 from kempelen.server.commands import Role
@@ -105,7 +106,7 @@ async def serve(config: Config, options: ServeOptions, opened: Callable[[Opened]
             sessions=config.data_dir / "sessions.json",
             passwords=options.passwords,
         )
-        async with Station(config) as station:
+        async with Station(config) as station, ToldStatus(config, station.events):
             app = create_app(station, settings)
             house: House = app.state.house
             server = _Server(_uvicorn(app, made))
