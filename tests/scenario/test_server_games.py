@@ -109,7 +109,7 @@ def test_a_game_over_http_survives_a_kill_and_ends_at_rest(tmp_path: Path) -> No
         _upload_without_end(server)
         server.program.send(signal.SIGINT)
         assert server.program.wait() == 0
-        assert "Go on with: kempelen serve" in server.program.output
+        assert "Game 1 is kept: go on with it in the page" in server.program.output
         assert "Traceback" not in server.program.errors
         assert not (tmp_path / "server.json").exists()
     with JournalReader(tmp_path / "journal.sqlite3") as journal:
