@@ -107,9 +107,19 @@ def straight(arm: Arm, start: Pose, end: Pose, title: str, bow: float = BOW) -> 
     rows[:, 0] = _unwound(np.arctan2(points[:, 1], points[:, 0]), start.azimuth)
     rows[:, 1] = np.hypot(points[:, 0], points[:, 1])
     rows[0], rows[-1] = start.row, end.row
+    return through(arm, rows, title, bow)
+
+
+def through(arm: Arm, rows: Array, title: str, bow: float = BOW) -> Array:
+    """Knots (k, n) rad of a straight way of the tool point whose tilts and rolls are given: poses (m, 5).
+
+    Raises:
+        MotionError: as `straight`.
+    """
+    start, end = Pose(*rows[0].tolist()).point, Pose(*rows[-1].tolist()).point
 
     def away(tool: Array) -> Array:
-        return _from_segment(tool, start.point, end.point)
+        return _from_segment(tool, start, end)
 
     return _cut(arm, rows, away, bow, title)
 

@@ -1,6 +1,6 @@
 """From actions to joint angles over time: what an arm's driver sends, whichever wire it goes over."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from math import pi
@@ -12,9 +12,10 @@ from kempelen.core.errors import MotionError
 from kempelen.core.geometry import Array
 from kempelen.core.protocols import Follow, FollowJoints
 from kempelen.core.table import WorkSpace
-from kempelen.kinematics import Arm, forward, least_tilts, tilt_range
-from kempelen.motion.arm.guidance import Pose, joints_at, pose_of
-from kempelen.motion.arm.guidance import straight as guided
+from kempelen.kinematics import Arm, forward, tilt_range
+from kempelen.kinematics.tilt import MOST_TILT
+from kempelen.motion.arm.grasp import TILT_MARGIN, least_of
+from kempelen.motion.arm.guidance import Pose, joints_at, pose_of, through
 from kempelen.motion.arm.motors import Motors
 from kempelen.motion.arm.pacing import paced, rounded
 from kempelen.motion.arm.synchrony import TimedPath, require_ranges, synchronise
@@ -24,7 +25,6 @@ START_TOLERANCE = 1.0
 """mm between where a path of the tool point begins and where it is: motors stand at whole steps."""
 _SHARP = 10.0 * pi / 180  # a corner beyond this is stopped at, a finer one belongs to a curve
 _TOO_FAST = 1.05  # of a joint's speed: rounding, no more
-_HEIGHTS = 61  # places looked at for how far up the arm reaches
 _TITLE = "Following a path"
 
 
@@ -78,12 +78,18 @@ class ArmPaths:
         Raises:
             MotionError: a joint comes to its limit on the way.
         """
-        here = np.array(self.tool(joints))
-        heights = np.linspace(here[2], max(self.space.upper[2], here[2]), _HEIGHTS)
-        column = np.column_stack([np.tile(here[:2], (_HEIGHTS, 1)), heights])
-        lost = np.flatnonzero(np.isnan(self._tilts(column, joints)))
-        top = heights[lost[0] - 1] if len(lost) and lost[0] else heights[-1]
-        return self.straight(np.array([here[0], here[1], top]), joints)
+        x, y, z = self.tool(joints)
+        top = max(self.space.upper[2], z)
+        ways = self._rows(np.array([[x, y, z], [x, y, top]]), self.posed(joints))
+        reached = (rows[: self._reached(rows)] for rows in ways)
+        return self._paced([through(self.arm, rows, _TITLE) for rows in reached], joints)
+
+    def _reached(self, rows: Array) -> int:
+        """So many of the poses (m, 5), from the first on, are within reach one after the other."""
+        joints = joints_at(self.arm, rows)
+        lost = np.isnan(joints[:, 0])
+        lost[1:] |= (np.abs(np.diff(joints, axis=0)) > _LEAP).any(axis=1)
+        return int(lost.argmax()) if lost.any() else len(rows)
 
     def straight(self, point: Array, joints: Array) -> TimedPath:
         """The tool point straight to (3,) mm, wherever it is now.
@@ -113,42 +119,48 @@ class ArmPaths:
 
     # --- the tool point ------------------------------------------------------------------------------------
 
-    def _tilts(self, points: Array, joints: Array) -> Array:
-        """(m,) least tilts at points (m, 3) with the hand's present roll; NaN where there is none."""
-        return least_tilts(self.arm, points, roll=pose_of(self.arm, joints).roll)
-
     def _run(self, points: Array, joints: Array) -> TimedPath:
         """Points (m, 3) without sharp corners, from rest to rest; ``joints`` is where the arm is then."""
-        poses = list(self._poses(self._cut_for_tilt(points, joints), joints))
-        moved = [(a, b) for a, b in pairwise(poses) if a.point.tolist() != b.point.tolist()]
-        knots = [guided(self.arm, a, b, _TITLE) for a, b in moved]
-        if not knots:
-            return TimedPath(joints[None, :], np.zeros(1))
-        path = np.concatenate([knots[0], *(more[1:] for more in knots[1:])])
+        pieces = self._rows(points, self.posed(joints))
+        return self._paced([through(self.arm, rows, _TITLE) for rows in pieces], joints)
+
+    def _paced(self, knots: Sequence[Array], joints: Array) -> TimedPath:
+        path = np.concatenate([joints[None, :], *(more[1:] for more in knots)])
+        if len(path) == 1:
+            return TimedPath(path, np.zeros(1))
         return paced(self.arm, rounded(self.arm, path))
 
-    def _cut_for_tilt(self, points: Array, joints: Array) -> Array:
-        """The same polyline, in short pieces where the hand must tilt: least tilts do not change evenly."""
-        upright = abs(pose_of(self.arm, joints).tilt) < _SAME and not self._tilts(points, joints).any()
-        if upright:
-            return points
-        lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        parts = [
-            a + (b - a) * np.linspace(0.0, 1.0, int(np.ceil(length / _TILT_PIECE)) + 1)[1:, None]
-            for a, b, length in zip(points[:-1], points[1:], lengths, strict=True)
+    def _rows(self, points: Array, start: Pose) -> list[Array]:
+        """Poses (k, 5) closely along each piece of a polyline (m, 3); tilts as `_leaning` chooses them."""
+        pieces = [(a, b) for a, b in pairwise(points) if (a != b).any()]
+        counts = [_stations(float(np.linalg.norm(b - a))) for a, b in pieces]
+        ways = [
+            a + np.linspace(0.0, 1.0, k)[:, None] * (b - a) for (a, b), k in zip(pieces, counts, strict=True)
         ]
-        return np.concatenate([points[:1], *parts])
+        if not ways:
+            return []
+        every = np.concatenate(ways)
+        azimuths = np.unwrap(np.append(start.azimuth, np.arctan2(every[:, 1], every[:, 0])))[1:]
+        radii, rolls = np.hypot(every[:, 0], every[:, 1]), np.full(len(every), start.roll)
+        rows = np.column_stack([azimuths, radii, every[:, 2], self._leaning(every, start), rolls])
+        rows[0] = start.row
+        return np.split(rows, np.cumsum(counts)[:-1])
 
-    def _poses(self, points: Array, joints: Array) -> Iterator[Pose]:
-        start = self.posed(joints)
-        tilts = self._tilts(points, joints)
-        yield start
-        azimuth = start.azimuth
-        for (x, y, z), tilt in zip(points[1:].tolist(), tilts[1:].tolist(), strict=True):
-            turn = float(np.arctan2(y, x)) - azimuth
-            azimuth += turn - 2 * pi * round(turn / (2 * pi))
-            # Out of reach has no tilt: 0 then, and the way there says what is wrong.
-            yield Pose(azimuth, float(np.hypot(x, y)), z, 0.0 if np.isnan(tilt) else tilt, start.roll)
+    def _leaning(self, points: Array, start: Pose) -> Array:
+        """(m,) tilts, rad, along a way of the tool point (m, 3): the least ones, approached little by little.
+
+        Where one is out of reach the one before is kept, and the way there says what is wrong.
+        """
+        most = max(MOST_TILT, abs(start.tilt) + TILT_MARGIN)
+        tilt, before, out = start.tilt, points[0], list[float]()
+        for point, (low, high) in zip(points, tilt_range(self.arm, points, most, start.roll), strict=True):
+            change = _TILT_PER_MM * float(np.linalg.norm(point - before))
+            if np.isfinite(low):
+                wanted = min(max(least_of(low, high), tilt - change), tilt + change)
+                tilt = min(max(wanted, low), high)
+            out.append(tilt)
+            before = point
+        return np.array(out)
 
     def posed(self, joints: Array) -> Pose:
         """The hand at joint angles that hold the arm ahead with its elbow up, as guided motion keeps it.
@@ -221,7 +233,9 @@ class ArmPaths:
 
 
 _SAME = 0.01  # rad
-_TILT_PIECE = 30.0  # mm
+_STATION = 6.0  # mm between places of a way at which tilts are chosen
+_FEWEST, _MOST = 9, 129  # of them in a piece
+_TILT_PER_MM = 0.015  # rad: faster the tilt does not change along a way
 _TILT_STEP = 0.02  # rad that the tilt may change in one piece of a jog
 _REPORTED = 2e-4  # rad: positions are reported with three decimals of a degree
 
@@ -276,6 +290,10 @@ class JogPath:
         row[0] += turn - 2 * pi * round(turn / (2 * pi))
         row[1:3] = np.hypot(point[0], point[1]), point[2]
         return row
+
+
+def _stations(length: float) -> int:
+    return int(np.clip(np.ceil(length / _STATION) + 1, _FEWEST, _MOST))
 
 
 _SHORTEST = 0.01  # mm
