@@ -8,22 +8,19 @@ without a word.
 import asyncio
 import itertools
 import logging
-import os
-import sys
-import tempfile
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import IO, Any, Protocol, Self
+from typing import Any, Protocol, Self
 
 import chess
 import numpy as np
 
-from kempelen.app.eye_wire import LONGEST_LINE, Note, observation_of
-from kempelen.core.errors import SensorError
+from kempelen.app.eye_link import EyeLink, EyeProcess
+from kempelen.app.eye_wire import Note, observation_of
+from kempelen.core.errors import KempelenError, SensorError
 from kempelen.core.geometry import Transform
 from kempelen.core.senses import Observation, Sight
 from kempelen.frames.condition import CameraStatus
@@ -35,10 +32,8 @@ HANG_S = 30.0
 ANSWER_S = 20.0
 _CHECK_S = 0.2
 _RECENT = 32
-_TAIL = 2000
 _FIRST_WAIT_S, _LONGEST_WAIT_S = 0.2, 5.0
 _SETTLED_S = 10.0
-_END_S = 5.0
 
 _log = logging.getLogger(__name__)
 
@@ -113,17 +108,24 @@ class Eye:
     Args:
         frames: Where they come from; may change its ring at any time.
         settings: How to read.
+        start: Makes a way to its process, which may be at another machine.
 
     Attributes:
         restarts: How often its process had to be started again.
         usual_side: Of the picture, at which White was seen to sit; for the next process.
     """
 
-    def __init__(self, frames: Frames, settings: EyeSettings | None = None) -> None:
+    def __init__(
+        self,
+        frames: Frames,
+        settings: EyeSettings | None = None,
+        start: Callable[[], EyeLink] = EyeProcess,
+    ) -> None:
         self._frames = frames
         self._settings = settings or EyeSettings()
         self._overrides = dict(self._settings.overrides)
-        self._process: asyncio.subprocess.Process | None = None
+        self._start = start
+        self._link: EyeLink | None = None
         self._news = asyncio.Event()
         self._numbers = itertools.count(1)
         self._answers: dict[int, asyncio.Future[Note]] = {}
@@ -160,7 +162,7 @@ class Eye:
     @property
     def pid(self) -> int | None:
         """Of its process; None between two."""
-        return self._process.pid if self._process else None
+        return self._link.pid if self._link else None
 
     def observe(self) -> AsyncIterator[Observation]:
         """Observations of frames taken from now on; a slow reader skips to the newest.
@@ -241,9 +243,8 @@ class Eye:
 
     def _send(self, op: str, **fields: object) -> None:
         """Said again to the next process, where it matters; nobody listens between two."""
-        stdin = self._process.stdin if self._process else None
-        if stdin is not None and not stdin.is_closing():
-            stdin.write(Note(op, fields).encode())
+        if self._link is not None:
+            self._link.send(Note(op, fields))
 
     async def _ask(self, what: str, **fields: object) -> Note:
         number = next(self._numbers)
@@ -281,54 +282,41 @@ class Eye:
             began = time.monotonic()
             how = await self._live()
             self.restarts += 1
-            _log.debug("the eye's process %s", how)
-            self._go_blind(Sight.NO_CAMERA, f"The eye's process {how}; it is started again.")
+            _log.debug("%s", how)
+            self._go_blind(Sight.NO_CAMERA, how)
             wait = _FIRST_WAIT_S if time.monotonic() - began > _SETTLED_S else min(2 * wait, _LONGEST_WAIT_S)
             await asyncio.sleep(wait)
 
     async def _live(self) -> str:
         """One process from start to end; how it ended."""
-        with tempfile.TemporaryFile() as words:
-            code = await self._run(words)
-            how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
-            words.seek(max(0, words.seek(0, os.SEEK_END) - _TAIL))
-            last = words.read().decode(errors="replace").strip().rpartition("\n")[2]
-        return f"{how} ({last})" if last else how
-
-    async def _run(self, words: IO[bytes]) -> int:
-        """One process; its exit code.
-
-        Args:
-            words: What it says to nobody in particular: a terminal may be showing a picture.
-        """
-        process = self._process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "kempelen.app.eye_process",
-            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=words,
-            start_new_session=True, limit=LONGEST_LINE,
-        )  # fmt: skip
-        self._heard, self._told = time.monotonic(), None
+        link = self._start()
         try:
-            settings = self._settings
-            self._send(
-                "begin",
-                use=settings.use,
-                overrides=self._overrides,
-                square=settings.square,
-                side=settings.side,
-                usual=self.usual_side,
-            )
-            self._send("expect", fen=self._expected)
-            self._send("mark", mark=self._marks)
-            self._tell_ring()
-            if process.stdout is not None:
-                await self._listen(process.stdout)
+            await link.open()
+            await self._attend(link)
+        except KempelenError as error:
+            return str(error)
         finally:
-            self._process = None
-            await _end(process)
-        return process.returncode or 0
+            self._link = None
+            how = await link.end()
+        return how
 
-    async def _listen(self, stream: asyncio.StreamReader) -> None:
-        while (note := await Note.receive(stream)) is not None:
+    async def _attend(self, link: EyeLink) -> None:
+        """Tell it all that it has to know, and listen."""
+        self._link = link
+        self._heard, self._told = time.monotonic(), None
+        settings = self._settings
+        self._send(
+            "begin",
+            use=settings.use,
+            overrides=self._overrides,
+            square=settings.square,
+            side=settings.side,
+            usual=self.usual_side,
+        )
+        self._send("expect", fen=self._expected)
+        self._send("mark", mark=self._marks)
+        self._tell_ring()
+        while (note := await link.receive()) is not None:
             self._heard = time.monotonic()
             if note.op == "seen":
                 self._see(observation_of(note), note.fields["mark"])
@@ -341,14 +329,14 @@ class Eye:
             await asyncio.sleep(_CHECK_S)
             self._tell_ring()
             silent = time.monotonic() - self._heard
-            if self._process is not None and silent > HANG_S:
-                self._process.kill()
+            if self._link is not None and silent > HANG_S:
+                self._link.kill()
             elif silent > SILENT_S and self._latest.sight is not Sight.STARTING:
                 self._go_blind(Sight.STALE, f"The eye has said nothing for {silent:.0f} s; it is waited for.")
 
     def _tell_ring(self) -> None:
         now = self._frames.ring, self._frames.status.message
-        if now != self._told and self._process is not None:
+        if now != self._told and self._link is not None:
             self._told = now
             self._send("ring", name=now[0], message=now[1])
 
@@ -356,19 +344,6 @@ class Eye:
 def _transform(rows: list[list[float]]) -> Transform:
     matrix = np.array(rows)
     return Transform(matrix[:3, :3], matrix[:3, 3])
-
-
-async def _end(process: asyncio.subprocess.Process) -> None:
-    """It ends with its input."""
-    if process.stdin is not None:
-        process.stdin.close()
-    try:
-        async with asyncio.timeout(_END_S):
-            await process.wait()
-    except TimeoutError:
-        with suppress(ProcessLookupError):
-            process.kill()
-        await process.wait()
 
 
 class _Looks:

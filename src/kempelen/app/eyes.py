@@ -13,8 +13,9 @@ from kempelen.app.board_reader import CAMERA_PARAMETERS, CameraReader
 from kempelen.app.camera_pose import BoardPose, measure_board
 from kempelen.app.camera_side import KnownSides, side_of
 from kempelen.app.cameras import TWIN, open_camera, parse_camera
-from kempelen.app.config import Config
+from kempelen.app.config import NODE_PORT, Config
 from kempelen.app.eye import Eye, EyeSettings, Frames
+from kempelen.app.eye_link import starter
 from kempelen.app.hand_watch import HandWatch
 from kempelen.app.judge import BoardJudge
 from kempelen.app.layouts import board_of, layout_after
@@ -55,10 +56,10 @@ _REVIVE_S = 3.0
 
 @dataclass(frozen=True, slots=True)
 class TwinFrames:
-    """The ring of the twin's camera.
+    """The ring of the twin's camera, or of none here: that of a camera at a node is the node's own affair.
 
     Attributes:
-        ring: Its name.
+        ring: Its name; empty for none here.
         status: Whatever may be wrong, the eye finds out at the ring.
     """
 
@@ -184,7 +185,7 @@ class GameEyes:
         sensor = self._config.sensor
         settings = EyeSettings(sensor.use, sensor.parameters, session.table.square)
         frames = self._seen = await self._frames(session)
-        eye = Eye(frames, settings)
+        eye = Eye(frames, settings, starter(self._config))
         eye.usual_side = self._sides.get(self._config.camera_source)
         self._eye = await self._stack.enter_async_context(eye)
 
@@ -204,6 +205,8 @@ class GameEyes:
             raise ConfigError(
                 "No camera is named.", hint="Name one: --camera uvc:0, or play without: --sensor none."
             )
+        if source.startswith(NODE_PORT):
+            return TwinFrames("")
         camera = parse_camera(source)
         if camera.kind != TWIN:
             return await self._stack.enter_async_context(open_camera(camera, self._config, patient=True))

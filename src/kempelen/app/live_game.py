@@ -86,11 +86,8 @@ class LiveGame:
             self._bus.emit(event)
 
     def _watched_person(self) -> PersonPlayer | None:
-        """One whose moves are seen; on the twin a virtual person makes them, for whoever types."""
-        if self.eyes is None:
-            return None
-        virtual = self._config.on_twin and self._config.hands == "person"
-        return BoardPerson(self.eyes.reader, maker=self._make_by_hand if virtual else None)
+        """One whose moves are seen."""
+        return None if self.eyes is None else BoardPerson(self.eyes.reader)
 
     async def _make_by_hand(self, board: chess.Board, move: chess.Move) -> None:
         if isinstance(self.person, VirtualPerson) and self.eyes is not None:
@@ -168,6 +165,9 @@ class LiveGame:
         true_table = self._config.build_table() if self.session.control is not None else table
         self.measurements = Measurements(true_table, self.session.control)
         self.person = self._person(true_table, lambda: should_stand(log.state))
+        typist = self.cast.person
+        if isinstance(typist, BoardPerson) and isinstance(self.person, VirtualPerson):
+            typist.maker = self._make_by_hand if self._config.hands == "person" else None
         self.arbiter = Arbiter(
             log, self.session.hand, self._measured(pairing), table,
             person=Helpful(self.person, log.write), options=options,

@@ -5,17 +5,20 @@ from typing import Self
 
 import chess
 
+from kempelen.app.cameras import twin_camera
 from kempelen.app.config import NODE_PORT, Config
+from kempelen.app.eyes import TwinFrames
 from kempelen.app.minds import engine_of
 from kempelen.app.network import link_of, table_name
+from kempelen.app.node_devices import EyeBeside, offer, open_line, require_alone
 from kempelen.app.table_session import TableSession, calibrated_table
-from kempelen.core.errors import ConfigError, LinkError
+from kempelen.core.errors import ConfigError
 from kempelen.core.table import start_layout
 from kempelen.nodes.door import open_door
 from kempelen.nodes.engine_node import EngineNode
 from kempelen.nodes.link import Link
-from kempelen.nodes.messages import key_of
 from kempelen.nodes.robot_node import RobotNode
+from kempelen.twin.client import TwinProcess
 
 
 class RobotStand:
@@ -59,8 +62,10 @@ class RobotStand:
         table = calibrated_table(self._config)
         state = self._config.data_dir / "twin" / f"node-{self._table}.json"
         resume = self._config.on_twin and state.exists()
-        layout = start_layout(table, chess.Board())
-        session = TableSession(self._config, table, layout, state=state, resume=resume)
+        layout, camera = start_layout(table, chess.Board()), None
+        if self._config.on_twin and self._config.has_camera:
+            camera = twin_camera(self._config)
+        session = TableSession(self._config, table, layout, state=state, resume=resume, camera=camera)
         await self._stack.enter_async_context(session)
         link = self._given
         if link is None:
@@ -68,7 +73,19 @@ class RobotStand:
         await require_alone(link, self._table, "robot")
         if session.control is not None:
             await open_door(link, self._table, session.control.ask)
+        if session.twin is not None:
+            await self._offer_twin(link, session.twin, with_camera=camera is not None)
         self.node = await self._stack.enter_async_context(RobotNode(session.driver, link, self._table))
+
+    async def _offer_twin(self, link: Link, twin: TwinProcess, *, with_camera: bool) -> None:
+        """A twin's board and camera are in its process, and offered with it."""
+        if reed := twin.reed:
+            board = await offer(link, self._table, "board", lambda: open_line(reed))
+            await self._stack.enter_async_context(board)
+        if with_camera:
+            frames = TwinFrames(twin.ring)
+            camera = await offer(link, self._table, "camera", lambda: EyeBeside(frames).open())
+            await self._stack.enter_async_context(camera)
 
     async def __aexit__(self, *exc: object) -> None:
         """Robot at rest, port free; a twin is put away."""
@@ -119,16 +136,3 @@ class EngineStand:
     async def __aexit__(self, *exc: object) -> None:
         """Engine ended."""
         await self._stack.aclose()
-
-
-async def require_alone(link: Link, name: str, what: str) -> None:
-    """Two nodes of one name would answer each for the other.
-
-    Raises:
-        LinkError: another one is there.
-    """
-    if await link.standing(key_of(name, what)):
-        raise LinkError(
-            f"There is a node for the {what} of {name} already.",
-            hint="Give this one another name, or end that.",
-        )

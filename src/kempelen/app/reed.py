@@ -4,13 +4,15 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterable
 from contextlib import suppress
 
-from kempelen.app.config import Config
+from kempelen.app.config import NODE_PORT, Config
+from kempelen.app.network import link_of, table_name
 from kempelen.app.table_session import TableSession
 from kempelen.core import events
 from kempelen.core.errors import ConfigError, KempelenError, SensorError
 from kempelen.core.places import Layout
 from kempelen.core.reed import Hello
 from kempelen.game.verify import SensorVerifier
+from kempelen.nodes.remote_line import RemoteLine
 from kempelen.robots.transport import Transport, list_ports, open_port
 from kempelen.sensing.reed.board import ReedBoard
 from kempelen.sensing.reed.faults import SwitchFault
@@ -73,7 +75,10 @@ async def greet(port: str, opened: Open = open_port) -> Hello:
 async def open_reed(config: Config, session: TableSession, tell: Callable[[SwitchFault], None]) -> ReedSensor:
     """The board's sensor, not yet entered; raises as `reed_port`."""
     port = await reed_port(config, session)
-    return ReedSensor(port, lambda: open_port(port), tell=tell)
+    if not port.startswith(NODE_PORT):
+        return ReedSensor(port, lambda: open_port(port), tell=tell)
+    table = table_name(port.removeprefix(NODE_PORT))
+    return ReedSensor(port, lambda: RemoteLine(link_of(config), table, "board").open(), tell=tell)
 
 
 async def until_right(

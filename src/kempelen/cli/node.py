@@ -7,6 +7,7 @@ import typer
 
 from kempelen.cli.options import (
     BookOption,
+    CameraOption,
     ConfigOption,
     DataDirOption,
     EngineOption,
@@ -53,6 +54,7 @@ def robot_node(
     port: PortOption = None,
     speed: SpeedOption = None,
     seed: SeedOption = None,
+    sensor: SensorOption = None,
     connect: ConnectOption = None,
     listen: ListenOption = None,
     keys: KeysOption = None,
@@ -68,15 +70,69 @@ def robot_node(
 
         kempelen node robot --table hall-3 --port /dev/ttyUSB0
         kempelen play --port node:hall-3                          on any machine of the network
+        kempelen node robot --sensor camera,reed                  a twin with its camera and its reed board
     """
     from kempelen.cli import node_run, start
 
     settings = start.configured(
         config, robot__kind=robot, robot__port=port, twin__speed=speed, twin__seed=seed,
         data__dir=data_dir, network__connect=connect, network__listen=listen,
-        network__keys=keys, sensor__kind="none",
+        network__keys=keys, sensor__kind=sensor or "none",
     )  # fmt: skip
     node_run.run_robot(settings, table)
+
+
+@node.command("board")
+def board_node(
+    table: TableOption = "one",
+    port: Annotated[
+        str | None,
+        typer.Option("--port", help="/dev/ttyUSB1 or socket://HOST:PORT.", show_default="where one answers"),
+    ] = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    keys: KeysOption = None,
+    config: ConfigOption = None,
+) -> None:
+    """Offer the reed board at this machine to whoever plays at the table.
+
+    Examples:
+
+        kempelen node board --table hall-3
+        kempelen node arbiter --table hall-3 --sensor reed        on any machine of the network
+    """
+    from kempelen.cli import node_run, start
+
+    settings = start.configured(
+        config, sensor__kind="reed", sensor__port=port, network__connect=connect, network__listen=listen,
+        network__keys=keys,
+    )  # fmt: skip
+    node_run.run_device(settings, table, "board")
+
+
+@node.command("camera")
+def camera_node(
+    table: TableOption = "one",
+    camera: CameraOption = None,
+    connect: ConnectOption = None,
+    listen: ListenOption = None,
+    keys: KeysOption = None,
+    config: ConfigOption = None,
+) -> None:
+    """Offer what the camera at this machine sees of the table. Its pictures stay on this machine.
+
+    Examples:
+
+        kempelen node camera --table hall-3 --camera uvc:0
+        kempelen node arbiter --table hall-3 --sensor camera      on any machine of the network
+    """
+    from kempelen.cli import node_run, start
+
+    settings = start.configured(
+        config, sensor__kind="camera", camera__source=camera, network__connect=connect,
+        network__listen=listen, network__keys=keys,
+    )  # fmt: skip
+    node_run.run_device(settings, table, "camera")
 
 
 @node.command("engine")

@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import signal
 import tempfile
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from contextlib import AsyncExitStack
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import typer
 from kempelen.app.config import Config
 from kempelen.app.light_tables import LightTableRun
 from kempelen.app.network import link_of, table_name
+from kempelen.app.node_devices import DeviceStand
 from kempelen.app.node_stand import EngineStand, RobotStand
 from kempelen.cli import serve_run
 from kempelen.cli.knocks import told_of_knocks
@@ -27,6 +28,25 @@ def run_robot(config: Config, table: str) -> None:
         KempelenError: the robot or the network cannot be used.
     """
     run_node(config, _robot(config, table))
+
+
+def run_device(config: Config, table: str, what: str) -> None:
+    """Offer a reed board (``board``) or a ``camera``; what happens is told in lines.
+
+    Raises:
+        KempelenError: the device or the network cannot be used.
+    """
+    run_node(config, _device(config, table, what))
+
+
+async def _device(config: Config, table: str, what: str) -> None:
+    over = until_signal()
+    async with DeviceStand(config, table, what) as stand:
+        typer.echo(f"The {what} ({stand.port}) is at table {table}. Ctrl-C ends it.")
+        sensor = "reed" if what == "board" else what
+        typer.echo(f"Play there: kempelen node arbiter --table {table} --sensor {sensor}")
+        await _tell_arbiters(lambda: stand.node.arbiter, "Used", over)
+    typer.echo(f"The {what} is free.")
 
 
 def run_engine(config: Config, name: str) -> None:
@@ -100,15 +120,15 @@ async def _robot(config: Config, table: str) -> None:
         what = "twin" if config.on_twin else config.robot.port
         typer.echo(f"The {stand.node.robot.name} ({what}) is at table {table}. Ctrl-C ends it.")
         typer.echo(f"Play there: kempelen play --robot {config.robot.kind} --port node:{table}")
-        await _tell_arbiters(stand, over)
+        await _tell_arbiters(lambda: stand.node.arbiter, "Led", over)
     typer.echo("The robot is at rest.")
 
 
-async def _tell_arbiters(stand: RobotStand, over: asyncio.Event) -> None:
+async def _tell_arbiters(who: Callable[[], str], done: str, over: asyncio.Event) -> None:
     shown = ""
     while not over.is_set():
-        if (arbiter := stand.node.arbiter) != shown:
-            typer.echo(f"Led by {arbiter}." if arbiter else "Led by nobody.")
+        if (arbiter := who()) != shown:
+            typer.echo(f"{done} by {arbiter or 'nobody'}.")
             shown = arbiter
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_LOOK_S):

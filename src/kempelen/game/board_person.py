@@ -53,13 +53,14 @@ class BoardPerson(PersonPlayer):
         maker: Makes written moves by hand.
 
     Attributes:
+        maker: As given; may be found only when the table is up.
         answered: How often the person had to tell what was made.
     """
 
     def __init__(self, reader: BoardReader, name: str = "Person", maker: Maker | None = None) -> None:
         super().__init__(name)
         self._reader = reader
-        self._maker = maker
+        self.maker = maker
         self.answered = 0
 
     def submit(self, text: str) -> chess.Move:
@@ -99,9 +100,9 @@ class BoardPerson(PersonPlayer):
                 break
             if self._settles(move):
                 return self._told(move)
-            if self._maker is None or not self._reader.on:
+            if self.maker is None or not self._reader.on:
                 return Propose(move)
-            await self._maker(board, move)
+            await self.maker(board, move)
             if self._reader.on and not self._settles(move):
                 self._reader.stuck.clear()  # what was open before the whole move is there, was of half of it
             await self._read_or_stuck(reading)

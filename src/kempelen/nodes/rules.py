@@ -33,7 +33,10 @@ class Role:
 
 _DEVICES = tuple(f"{_ANY}/{word}/**" for word in ("robot", "door", "board", "camera", "engine"))
 ROLES: Mapping[str, Role] = {
-    "robot": Role("offers a robot", serves=(f"{_ANY}/robot/**", f"{_ANY}/door/**")),
+    "robot": Role(  # a twin has board and camera in it
+        "offers a robot, or a whole table",
+        serves=tuple(f"{_ANY}/{word}/**" for word in ("robot", "door", "board", "camera")),
+    ),
     "board": Role("offers a reed board", serves=(f"{_ANY}/board/**",)),
     "camera": Role("offers what a camera sees", serves=(f"{_ANY}/camera/**",)),
     "engine": Role("offers an engine", serves=(f"{_ANY}/engine/**",)),
