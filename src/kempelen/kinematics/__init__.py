@@ -9,7 +9,7 @@ from kempelen.kinematics.batch import Solutions, inverse_batch
 from kempelen.kinematics.chain import forward, frames, jacobian
 from kempelen.kinematics.closed import BRANCHES, Branch, Solution, branches, inverse, inverse_pose
 from kempelen.kinematics.differential import Singularity, joint_speeds, manipulability, singularities, tilt_of
-from kempelen.kinematics.drift import Budget, JointErrors, Uncertainty, drift_budget, stop_loss
+from kempelen.kinematics.drift import Budget, JointErrors, Slack, Uncertainty, drift_budget, stop_loss
 from kempelen.kinematics.dynamics import torques
 from kempelen.kinematics.euler import matrix_from_zyz, zyz_from_matrix
 from kempelen.kinematics.fit import ArmFit, Priors, fit_arm
@@ -32,6 +32,7 @@ __all__ = [
     "Priors",
     "Search",
     "Singularity",
+    "Slack",
     "Solution",
     "Solutions",
     "Tilts",

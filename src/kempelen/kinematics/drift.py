@@ -1,9 +1,10 @@
 """Open-loop steppers lose their place: how much, how sure one can be of it, what a look at the truth mends.
 
 Per joint (paper, joint accuracy over repeated stops): at each stop after a motion a bias, always to the same
-side, and a random part are lost for good; play leaves the joint anywhere within its width; warmth shifts it.
-The running estimate is a Gaussian over the joints' errors, ``true = commanded + error``; seen through the
-Jacobian it is one over the tool point, to be held against what a grasp allows.
+side, and a random part are lost for good; warmth shifts it; play leaves the joint at the end of its width
+that it was pushed to last (`Slack`), or anywhere within when that is not known. The running estimate is a
+Gaussian over the joints' errors, ``true = commanded + error``; seen through the Jacobian it is one over the
+tool point, to be held against what a grasp allows.
 """
 
 from collections.abc import Callable
@@ -26,13 +27,17 @@ STILL = 1e-6
 """A joint that turns no farther than this between two stops has not moved, rad."""
 
 
+SIDE_LEFT = 0.25
+"""Share of its play within which a joint rests when it is known from which side it came: weight and friction
+hold it at that end, not quite."""
+
+
 class Uncertainty(NamedTuple):
     """Where the tool point may be, beside where it is believed to be.
 
     Attributes:
         shift: (3,) mm, expected; what `JointErrors.compensated` takes away.
-        covariance: (3, 3) mm².
-        play: mm, horizontally, at most.
+        covariance: (3, 3) mm², that of the play included: independent errors add in quadrature.
         aside: mm, horizontally: how far off it may be, uncompensated.
         aside_known: mm, the same once the expected shift is compensated.
         up: mm, vertically, uncompensated.
@@ -40,7 +45,6 @@ class Uncertainty(NamedTuple):
 
     shift: Array
     covariance: Array
-    play: float
     aside: float
     aside_known: float
     up: float
@@ -96,7 +100,14 @@ class JointErrors:
             covariance=self.covariance + spread**2 * np.outer(shift, shift),
         )
 
-    def seen(self, arm: Arm, joints: npt.ArrayLike, off: npt.ArrayLike, spread: float) -> "JointErrors":
+    def seen(
+        self,
+        arm: Arm,
+        joints: npt.ArrayLike,
+        off: npt.ArrayLike,
+        spread: float,
+        play: npt.ArrayLike | None = None,
+    ) -> "JointErrors":
         """What a look at the tool point, or at a piece it has set down, teaches (a Kalman update).
 
         Args:
@@ -105,6 +116,7 @@ class JointErrors:
             off: (3,) mm in the robot's frame: where it truly was minus where it was commanded to be; NaN for
                 what was not seen, such as the height.
             spread: Standard deviation of the look, mm, each way.
+            play: As for `tool`.
 
         Raises:
             MotionError: shapes are wrong, or the spread is not above 0.
@@ -114,7 +126,8 @@ class JointErrors:
         if spread <= 0:
             raise MotionError(f"A look with a spread of {spread:g} mm teaches nothing; it has to be above 0.")
         lever = jacobian(arm, checked_joints(arm, joints).reshape(arm.n))[:3][known]
-        noise = np.eye(len(lever)) * spread**2 + lever @ _play_covariance(arm.drift) @ lever.T
+        width = arm.drift.play if play is None else np.asarray(play, dtype=np.float64)
+        noise = np.eye(len(lever)) * spread**2 + lever @ _evenly(width) @ lever.T
         gain = self.covariance @ lever.T @ np.linalg.inv(lever @ self.covariance @ lever.T + noise)
         keep = np.eye(arm.n) - gain @ lever
         return replace(
@@ -127,22 +140,81 @@ class JointErrors:
         """Commands (..., n) rad that bring the joints to ``joints``, as far as the errors are known."""
         return np.asarray(np.asarray(joints, dtype=np.float64) - self.mean)
 
-    def tool(self, arm: Arm, joints: npt.ArrayLike, sure: float = SURE) -> Uncertainty:
-        """Where the tool point may be with the joints at (n,) rad; ``sure`` standard deviations count."""
+    def since(self, before: "JointErrors") -> "JointErrors":
+        """What has come since an earlier state of the same account: what both have in common cancels."""
+        return replace(
+            self,
+            mean=self.mean - before.mean,
+            covariance=self.covariance - before.covariance,
+            stops=self.stops - before.stops,
+        )
+
+    def tool(
+        self, arm: Arm, joints: npt.ArrayLike, sure: float = SURE, play: npt.ArrayLike | None = None
+    ) -> Uncertainty:
+        """Where the tool point may be.
+
+        Args:
+            arm: The arm.
+            joints: (n,) rad, where its joints are.
+            sure: Standard deviations that count.
+            play: (n,) rad, widths within which the joints rest anywhere; all of their play without.
+        """
         lever = jacobian(arm, checked_joints(arm, joints).reshape(arm.n))[:3]
         shift = lever @ self.mean
-        covariance = lever @ self.covariance @ lever.T
-        play = float(np.linalg.norm((np.abs(lever[:2]) * (arm.drift.play / 2)).sum(axis=1)))
-        spread = sure * float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
-        up_play = float(np.abs(lever[2]) @ (arm.drift.play / 2))
+        width = arm.drift.play if play is None else np.asarray(play, dtype=np.float64)
+        covariance = lever @ (self.covariance + _evenly(width)) @ lever.T
+        known = aside(covariance, sure)
         return Uncertainty(
             shift=shift,
             covariance=covariance,
-            play=play,
-            aside=float(np.linalg.norm(shift[:2])) + spread + play,
-            aside_known=spread + play,
-            up=abs(float(shift[2])) + sure * float(np.sqrt(covariance[2, 2])) + up_play,
+            aside=float(np.linalg.norm(shift[:2])) + known,
+            aside_known=known,
+            up=abs(float(shift[2])) + sure * float(np.sqrt(covariance[2, 2])),
         )
+
+
+def aside(covariance: Array, sure: float = SURE) -> float:
+    """Horizontal distance, mm, in the worst direction, of ``sure`` standard deviations; (2+, 2+) mm²."""
+    return sure * float(np.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slack:
+    """Where in its play each joint rests, ``true = geared + slack``: between two bounds that motion closes.
+
+    A gear takes its joint along at one end of the play, and at the other end after turning back by its width
+    (the play operator of hysteresis). It never parts two bounds, so both may be led through a motion.
+
+    Attributes:
+        low: (n,) rad.
+        high: (n,) rad.
+    """
+
+    low: Array
+    high: Array
+
+    @classmethod
+    def unknown(cls, arm: Arm) -> Self:
+        """Anywhere."""
+        return cls(-arm.drift.play / 2, arm.drift.play / 2)
+
+    def after(self, arm: Arm, path: npt.ArrayLike) -> "Slack":
+        """As it will be after the gears have gone along (k, n) rad, straight from each to the next."""
+        half = arm.drift.play / 2
+        low, high = self.low, self.high
+        for step in np.diff(checked_joints(arm, path).reshape(-1, arm.n), axis=0):
+            low, high = np.clip(low - step, -half, half), np.clip(high - step, -half, half)
+        return Slack(low, high)
+
+    @property
+    def mean(self) -> Array:
+        """(n,) rad, expected."""
+        return np.asarray((self.low + self.high) / 2)
+
+    def width(self, arm: Arm) -> Array:
+        """(n,) rad, within which the joints rest anywhere, as far as is known."""
+        return np.asarray(np.maximum(self.high - self.low, SIDE_LEFT * arm.drift.play))
 
 
 class Budget(NamedTuple):
@@ -229,6 +301,6 @@ def _repeated(errors: JointErrors, arm: Arm, stops: Array, times: int) -> JointE
     )
 
 
-def _play_covariance(drift: Drift) -> Array:
-    """Of joints that rest anywhere within their play."""
-    return np.asarray(np.diag(drift.play**2 / 12))
+def _evenly(width: Array) -> Array:
+    """(n, n) covariance of joints that rest anywhere within (n,) rad."""
+    return np.asarray(np.diag(width**2 / 12))

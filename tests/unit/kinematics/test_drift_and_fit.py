@@ -1,6 +1,7 @@
 """The account of the drift is true of simulated arms; a fit finds an arm's true measures again."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from kempelen.kinematics import (
     Drift,
     JointErrors,
     Link,
+    Slack,
     drift_budget,
     fit_arm,
     forward,
@@ -20,6 +22,7 @@ from kempelen.kinematics import (
     load_arm,
     stop_loss,
 )
+from kempelen.kinematics.drift import SIDE_LEFT
 
 FROM_FILE = load_arm("labvolt-5150")
 _DRIFT = Drift(  # of its own, so that these tests do not hang on how the file is tuned
@@ -96,6 +99,37 @@ def test_a_look_brings_the_error_back() -> None:
     assert np.linalg.norm(missed) < 0.6
     assert after.tool(ARM, GRASP).aside_known < errors.tool(ARM, GRASP).aside_known
     assert np.linalg.eigvalsh(after.covariance).min() > -1e-15
+
+
+def test_where_joints_rest_in_their_play_is_known_once_they_have_turned() -> None:
+    rng = np.random.default_rng(4)
+    ways = np.cumsum(rng.normal(0.0, 0.002, size=(40, ARM.n)), axis=0)
+    half = ARM.drift.play / 2
+    carried = ways[0] + rng.uniform(-half, half)  # a joint that its gear takes along
+    slack = Slack.unknown(ARM)
+    for before, here in pairwise(ways):
+        carried = np.clip(carried, here - half, here + half)
+        slack = slack.after(ARM, [before, here])
+        assert (slack.low - 1e-12 <= carried - here).all()
+        assert (carried - here <= slack.high + 1e-12).all()
+    assert (slack.width(ARM)[:3] < ARM.drift.play[:3]).all()
+    turned = slack.after(ARM, [ways[-1], ways[-1] + 0.1])
+    assert turned.mean == pytest.approx(-half)
+    assert turned.after(ARM, [ways[-1] + 0.1, ways[-1] - 0.1]).mean == pytest.approx(half)
+
+
+def test_a_known_side_of_the_play_makes_surer() -> None:
+    errors = JointErrors.homed(ARM)
+    anywhere, known = errors.tool(ARM, GRASP), errors.tool(ARM, GRASP, play=SIDE_LEFT * ARM.drift.play)
+    assert known.aside_known < 0.6 * anywhere.aside_known
+
+
+def test_what_two_states_of_the_account_have_in_common_cancels() -> None:
+    before = JointErrors.homed(ARM).after(ARM, MOTION)
+    since = before.after(ARM, MOTION[:2]).since(before)
+    assert since.stops.tolist() == (np.abs(MOTION[1] - MOTION[0]) > 1e-6).astype(int).tolist()
+    assert since.mean == pytest.approx(since.stops * ARM.drift.stop_bias)
+    assert np.diag(since.covariance) == pytest.approx(since.stops * ARM.drift.stop_spread**2)
 
 
 def test_warmth_shifts_and_spreads() -> None:
