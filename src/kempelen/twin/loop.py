@@ -125,16 +125,12 @@ class TwinLoop:
         )
 
     def _rest(self, wall: float) -> float:
-        """Let time pass until somebody says something.
-
-        Whoever comes to rest has stopped, however soon it goes on. As fast as it can, no time passes at rest.
-        """
-        self._drive.follow(0.0)
+        """Let time pass until somebody says something."""
         self._wait(_REST_S)
         now = time.perf_counter()
         passed = min(now - wall, 1.0) * (self._speed or 1.0)
         self._controller.advance(passed)
-        self._drive.follow(passed)  # an arm comes to its stop, and cools down
+        self._drive.follow(passed)  # an arm comes to its stop, however soon it goes on, and cools down
         self._exchange()
         return now
 

@@ -153,7 +153,8 @@ class ArmDrive:
     def follow(self, dt: float) -> Sequence[float]:
         """(n,) true joint angles, rad."""
         controller = self.controller
-        joints: list[float] = self._mechanism.follow(dt, controller.motors, controller.homings).tolist()
+        true = self._mechanism.follow(dt, controller.motors, controller.homings, idle=controller.idle())
+        joints: list[float] = true.tolist()
         return joints
 
     def lose(self, joints: Array) -> None:

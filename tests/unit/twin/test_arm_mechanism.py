@@ -68,6 +68,21 @@ def test_passing_a_place_without_a_stop_costs_nothing() -> None:
     assert mechanism.errors.any()
 
 
+def test_single_steps_of_a_slow_motion_are_no_stops_a_hold_is_one() -> None:
+    mechanism = homed(ArmFlaws(play=0.0, temperature=0.0, homing=0.0))
+    step = np.eye(ARM.n)[0] / ARM.steps_per_rad[0]
+    for k in range(1, 21):  # 40 ms between the steps
+        for _ in range(5):
+            mechanism.follow(TICK, ARM.coupling @ (ARM.home + k * step), 1, idle=False)
+    assert not mechanism.stops.any()
+    end = ARM.coupling @ (ARM.home + 20 * step)
+    for _ in range(20):
+        mechanism.follow(TICK, end, 1, idle=False)
+    assert mechanism.stops.tolist() == [1, 0, 0, 0, 0]
+    mechanism.follow(TICK, end, 1)
+    assert mechanism.stops.tolist() == [1, 0, 0, 0, 0]
+
+
 def test_homing_finds_all_again_to_a_step() -> None:
     mechanism = homed(ArmFlaws(play=0.0, temperature=0.0))
     there_and_back(mechanism, 30)

@@ -24,6 +24,8 @@ WARMING_S = 1200.0
 """Time constant of that, s of work."""
 COOLING_S = 2400.0
 """The same of a motionless arm."""
+SETTLES_S = 0.1
+"""Motors that make no step for so long have stopped, whatever is still to be driven, s."""
 
 
 class Mechanism:
@@ -51,7 +53,7 @@ class Mechanism:
         self._lost = np.zeros(arm.n)
         self._geared = self._stood = self._carried = np.zeros(arm.n)
         self._slack = np.zeros(arm.n)
-        self._moving = False
+        self._moving, self._still = False, 0.0
         self.stops: npt.NDArray[np.int64] = np.zeros(arm.n, dtype=np.int64)
         self._known = False
 
@@ -61,13 +63,15 @@ class Mechanism:
         grown = (self._warmth - self._warmth_homed) * WARM * self._drift.temperature
         return np.asarray(self._offsets + self._lost + grown + self._slack)
 
-    def follow(self, dt: float, motors: npt.ArrayLike, homings: int) -> Array:
+    def follow(self, dt: float, motors: npt.ArrayLike, homings: int, *, idle: bool = True) -> Array:
         """Let ``dt`` seconds pass.
 
         Args:
             dt: s.
             motors: (n,) where the motors truly are, rad, counted from joint angles 0.
             homings: How often the controller has been homed: each time what was lost is found again.
+            idle: Whether the controller has nothing left to drive: motors that stand then have stopped;
+                between the single steps of a slow motion they have not.
 
         Returns:
             (n,) true joint angles, rad.
@@ -76,7 +80,9 @@ class Mechanism:
         if not self._known:
             self._geared = self._stood = self._carried = geared
             self._known = True
-        moving = bool(np.abs(geared - self._geared).max() > STILL * dt)
+        turns = bool(np.abs(geared - self._geared).max() > STILL * dt)
+        self._still = 0.0 if turns else self._still + dt
+        moving = turns or (self._moving and not idle and self._still < SETTLES_S)
         self._geared = geared
         self._warm(dt, working=moving)
         self._take_up(geared)
@@ -124,6 +130,7 @@ class Mechanism:
             "homings": self._homings,
             "warmth": [self._warmth, self._warmth_homed],
             "moving": self._moving,
+            "still": self._still,
             "known": self._known,
             "stops": self.stops.tolist(),
         } | {name: getattr(self, f"_{name}").tolist() for name in _ARRAYS}
@@ -133,6 +140,7 @@ class Mechanism:
         self._rng.bit_generator.state = state["rng"]
         self._homings, (self._warmth, self._warmth_homed) = int(state["homings"]), state["warmth"]
         self._moving, self._known = bool(state["moving"]), bool(state["known"])
+        self._still = float(state["still"])
         self.stops = np.array(state["stops"], dtype=np.int64)
         for name in _ARRAYS:
             setattr(self, f"_{name}", np.array(state[name], dtype=np.float64))
