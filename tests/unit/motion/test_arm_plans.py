@@ -1,5 +1,7 @@
 """Plans of the arm: from where to where, at which tilt, clear of everything; and what cannot be planned."""
 
+from dataclasses import replace
+
 import chess
 import numpy as np
 import pytest
@@ -10,13 +12,14 @@ from kempelen.core.errors import MotionError, ReachError
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import KINDS
 from kempelen.core.places import Layout, Place, Transfer
-from kempelen.kinematics import forward
+from kempelen.kinematics import forward, least_tilt
 from kempelen.kinematics.tilt import tilt_range
-from kempelen.motion.arm.grasp import between, park_joints, transfer_rolls, transfer_tilt
+from kempelen.motion.arm.grasp import TILT_MARGIN, park_joints, transfer_rolls, transfer_tilts
 from kempelen.motion.arm.guidance import bow_of, pose_of
 from kempelen.motion.arm.plan import plan_arm_approach, plan_arm_carry, plan_arm_leave, plan_arm_reach
 from kempelen.motion.arm.sweep import Held, sweep_arm
 
+UPRIGHT = (0.0, 0.0)
 PARK = park_joints(ARM, TABLE, ARM.home)
 MOVES = [
     transfer("N", "g1", "f3"),
@@ -60,7 +63,7 @@ def test_a_transfer_from_the_waiting_place_and_back(move: Transfer) -> None:
 
 def test_the_piece_stays_upright_all_the_way() -> None:
     move = MOVES[2]
-    assert transfer_tilt(ARM, TABLE, move) > 0.09
+    assert min(transfer_tilts(ARM, TABLE, move)) > 0.09
     carry = plan_arm_carry(ARM, scene(cleared(move)), move, grip(move))
     tilts = [pose_of(ARM, joints).tilt for joints in carry.joints]
     assert tilts == pytest.approx([carry.tilt] * len(tilts), abs=1e-6)
@@ -90,10 +93,12 @@ def test_nothing_stops_between_the_ends() -> None:
 
 def test_the_tilt_is_the_least_that_serves_both_ends() -> None:
     near, far = transfer("P", "d7", "d5"), transfer("P", "d7", "a1")
-    assert transfer_tilt(ARM, TABLE, near) == 0
+    assert transfer_tilts(ARM, TABLE, near) == (0, 0)
     point = TABLE.release_point(Place("a1"), chess.PAWN)
     least = float(tilt_range(ARM, point[None])[0, 0])
-    assert least < transfer_tilt(ARM, TABLE, far) <= least + np.radians(1.001)
+    first, last = transfer_tilts(ARM, TABLE, far)
+    assert first == last
+    assert least < last <= least + np.radians(1.001)
 
 
 def test_every_pair_of_places_has_a_common_tilt_for_every_kind() -> None:
@@ -103,10 +108,10 @@ def test_every_pair_of_places_has_a_common_tilt_for_every_kind() -> None:
         assert ranges[:, 0].max() < ranges[:, 1].min()
 
 
-def test_without_a_common_tilt_both_ranges_are_told_and_a_place_between_is_found(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    table_ranges = {"d8": (0.0, 0.1), "a1": (0.2, 0.4), "d4": (0.05, 0.3), "e4": (0.3, 0.4)}
+@pytest.fixture
+def narrow_tilts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few tilts are possible, and none on both d8 and a1; e4 is out of reach."""
+    table_ranges = {"d8": (0.0, 0.1), "a1": (0.2, 0.4), "d4": (0.05, 0.3), "e4": (np.nan, np.nan)}
 
     def ranges(_arm: object, points: Array) -> Array:
         def of(point: Array) -> tuple[float, float]:
@@ -116,20 +121,42 @@ def test_without_a_common_tilt_both_ranges_are_told_and_a_place_between_is_found
         return np.array([of(point) for point in points])
 
     monkeypatch.setattr("kempelen.motion.arm.grasp.tilt_range", ranges)
+
+
+@pytest.mark.usefixtures("narrow_tilts")
+def test_without_a_common_tilt_rigid_pads_are_refused_with_both_ranges() -> None:
+    rigid = replace(TABLE, gripper=TABLE.gripper.model_copy(update={"plumb": False}))
     move = transfer("q", "d8", "a1")
-    with pytest.raises(ReachError, match=r"d8 to a1.*d8: 0° to 6°, a1: 11° to 23°"):
-        transfer_tilt(ARM, TABLE, move)
-    assert between(ARM, TABLE, move, (Place("e4"), Place("d4"))) == Place("d4")
-    assert between(ARM, TABLE, move, (Place("e4"),)) is None
+    with pytest.raises(ReachError, match=r"d8 to a1.*d8: 0° to 6°, a1: 11° to 23°") as caught:
+        transfer_tilts(ARM, rigid, move)
+    assert "plumb" in caught.value.hint
+    assert transfer_tilts(ARM, rigid, transfer("q", "d8", "d4")) == pytest.approx((0.05 + TILT_MARGIN,) * 2)
+
+
+@pytest.mark.usefixtures("narrow_tilts")
+def test_hanging_pads_let_go_at_another_tilt_where_they_must() -> None:
+    first, last = transfer_tilts(ARM, TABLE, transfer("q", "d8", "a1"))
+    assert first == pytest.approx(TILT_MARGIN)
+    assert last == pytest.approx(0.2 + TILT_MARGIN)
+    assert transfer_tilts(ARM, TABLE, transfer("q", "d8", "d4")) == pytest.approx((0.05 + TILT_MARGIN,) * 2)
+    move = transfer("q", "d8", "a1")
+    approach = plan_arm_approach(ARM, scene(placed(d8="q")), PARK, move)
+    carry = plan_arm_carry(ARM, scene(placed(d8="q")), move, approach.joints[-1])
+    assert (approach.tilt, carry.tilt) == pytest.approx((first, last))
+    with pytest.raises(ReachError, match="out of reach.*e4: out of reach"):
+        transfer_tilts(ARM, TABLE, transfer("q", "d8", "e4"))
 
 
 def test_the_fingers_turn_only_where_neighbours_ask_for_it() -> None:
     alone = placed(h8="R")
-    assert transfer_rolls(ARM, scene(alone), transfer("R", "h8", "h5"), 0.0) == (0.0, 0.0)
-    first, _ = transfer_rolls(ARM, scene(placed(g8="K", f8="R", e8="K")), transfer("R", "f8", "f4"), 0.0)
+    assert transfer_rolls(ARM, scene(alone), transfer("R", "h8", "h5"), UPRIGHT) == (0.0, 0.0)
+    first, _ = transfer_rolls(ARM, scene(placed(g8="K", f8="R", e8="K")), transfer("R", "f8", "f4"), UPRIGHT)
     assert plan_arm_approach(ARM, scene(placed(g8="K", f8="R", e8="K")), PARK, transfer("R", "f8", "f4"))
     assert abs(first) <= np.pi / 2
-    assert transfer_rolls(ARM, scene(placed(g1="K", h1="R")), transfer("R", "h1", "f1"), 0.1) == (0.0, 0.0)
+    assert transfer_rolls(ARM, scene(placed(g1="K", h1="R")), transfer("R", "h1", "f1"), (0.1, 0.1)) == (
+        0.0,
+        0.0,
+    )
 
 
 def test_the_arm_waits_beside_the_board_whatever_is_asked_of_it() -> None:

@@ -1,8 +1,8 @@
 """How the gripper stands at a place: which tilt, which roll, and where it waits.
 
 The fingers close across the arm's upright plane, so that tilting turns the pads about their own closing
-axis and the piece between them stays upright. Let go at another tilt than it was gripped at, it would lean:
-one tilt serves both ends of a transfer.
+axis. Pads that hang on that axis keep the piece upright at any tilt. Between rigid ones, let go at another
+tilt than it was gripped at, it would lean: one tilt serves both ends of a transfer.
 """
 
 from functools import lru_cache
@@ -12,7 +12,7 @@ import numpy as np
 from kempelen.core.errors import ReachError
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import piece_name
-from kempelen.core.places import Place, Transfer
+from kempelen.core.places import Transfer
 from kempelen.core.table import Table
 from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.chain import forward, frames
@@ -30,25 +30,24 @@ _LOOK = 30.0
 """Neighbours farther from the fingers than this do not matter, mm."""
 
 
-def tilts_between(arm: Arm, points: Array) -> tuple[float, float] | None:
-    """Least and greatest tilt, rad, that all of the tool points (m, 3) allow; None if there is none."""
-    found = tilt_range(arm, points)
-    low, high = float(found[:, 0].max()), float(found[:, 1].min())
-    return (low, high) if low <= high else None
+def transfer_tilts(arm: Arm, table: Table, transfer: Transfer) -> tuple[float, float]:
+    """The tilts, rad, at which a piece is gripped and let go: one for both, the least that both ends allow.
 
-
-def transfer_tilt(arm: Arm, table: Table, transfer: Transfer) -> float:
-    """The least tilt, rad, at which a piece can both be gripped and be let go.
+    Where no tilt serves both ends, hanging pads, which keep the piece upright at any, take the least of each.
 
     Raises:
-        ReachError: there is none: which end allows which tilts.
+        ReachError: out of reach; or rigid pads, and no tilt serves both ends: which end allows which.
     """
     kind = transfer.piece.piece_type
     points = np.array([table.grip_point(transfer.source, kind), table.release_point(transfer.target, kind)])
-    both = tilts_between(arm, points)
-    if both is None:
-        raise _no_tilt(arm, transfer, points)
-    return least_of(*both)
+    ranges = tilt_range(arm, points)
+    low, high = float(ranges[:, 0].max()), float(ranges[:, 1].min())
+    if low <= high:
+        return least_of(low, high), least_of(low, high)
+    if np.isnan(ranges).any() or not table.gripper.plumb:
+        raise _no_tilt(arm, transfer, ranges)
+    first, last = (least_of(*ends) for ends in ranges.tolist())
+    return first, last
 
 
 def least_of(low: float, high: float) -> float:
@@ -57,33 +56,20 @@ def least_of(low: float, high: float) -> float:
     return float(np.clip(0.0, low + margin, high - margin))
 
 
-def _no_tilt(arm: Arm, transfer: Transfer, points: Array) -> ReachError:
+def _no_tilt(arm: Arm, transfer: Transfer, ranges: Array) -> ReachError:
     ends = (
         f"{place}: " + ("out of reach" if np.isnan(row).any() else f"{row[0]:.0f}° to {row[1]:.0f}°")
-        for place, row in zip(
-            (transfer.source, transfer.target), np.degrees(tilt_range(arm, points)), strict=True
-        )
+        for place, row in zip((transfer.source, transfer.target), np.degrees(ranges), strict=True)
+    )
+    why = (
+        "it is out of reach" if np.isnan(ranges).any() else "no tilt of the gripper is possible at both ends"
     )
     return ReachError(
         f"The {piece_name(transfer.piece)} cannot be carried from {transfer.source} to {transfer.target} by "
-        f"{arm.title or arm.name}: no tilt of the gripper is possible at both ends ({', '.join(ends)}).",
-        hint="Set it down between, on a place that is free, or move board and trays nearer together.",
+        f"{arm.title or arm.name}: {why} ({', '.join(ends)}).",
+        hint="Move board and trays nearer together, or let the pads hang (gripper.plumb = true): rigid ones "
+        "must let go at the tilt at which they gripped.",
     )
-
-
-def between(arm: Arm, table: Table, transfer: Transfer, free: tuple[Place, ...]) -> Place | None:
-    """The nearest free place to set a piece down and grip it anew, where no tilt is common."""
-    kind = transfer.piece.piece_type
-    ends = table.grip_point(transfer.source, kind), table.release_point(transfer.target, kind)
-
-    def serves(place: Place) -> bool:
-        there = table.grip_point(place, kind), table.release_point(place, kind)
-        return all(tilts_between(arm, np.array([end, *there])) is not None for end in ends)
-
-    def way(place: Place) -> float:
-        return float(sum(np.linalg.norm(table.centre(place) - end) for end in ends))
-
-    return next((place for place in sorted(free, key=way) if serves(place)), None)
 
 
 def pose_over(point: Array, tilt: float = 0.0, roll: float = 0.0) -> Pose:
@@ -92,7 +78,9 @@ def pose_over(point: Array, tilt: float = 0.0, roll: float = 0.0) -> Pose:
     return Pose(float(np.arctan2(y, x)), float(np.hypot(x, y)), z, tilt, roll)
 
 
-def transfer_rolls(arm: Arm, scene: Scene, transfer: Transfer, tilt: float) -> tuple[float, float]:
+def transfer_rolls(
+    arm: Arm, scene: Scene, transfer: Transfer, tilts: tuple[float, float]
+) -> tuple[float, float]:
     """The rolls, rad, at which open fingers around a piece stay farthest from its neighbours, at both ends.
 
     No turn (0) is best wherever it leaves `_ENOUGH` room. Only straight down is there a choice: turned while
@@ -102,12 +90,12 @@ def transfer_rolls(arm: Arm, scene: Scene, transfer: Transfer, tilt: float) -> t
         arm: Whose.
         scene: With the piece on its source.
         transfer: What is carried.
-        tilt: Of the gripper, rad.
+        tilts: Of the gripper at the source and at the target, rad.
     """
     kind = transfer.piece.piece_type
     source = scene.table.grip_point(transfer.source, kind)
     target = scene.table.release_point(transfer.target, kind)
-    if abs(tilt) > _UPRIGHT:
+    if max(map(abs, tilts)) > _UPRIGHT:
         return 0.0, 0.0
     rooms = _room(arm, scene, source), _room(arm, scene.without(transfer.source), target)
     first, last = (0.0 if room[0] >= _ENOUGH else float(_ROLLS[int(room.argmax())]) for room in rooms)

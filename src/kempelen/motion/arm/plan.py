@@ -16,7 +16,7 @@ from kempelen.core.places import Transfer
 from kempelen.core.table import Table
 from kempelen.kinematics.arm import Arm
 from kempelen.kinematics.chain import forward
-from kempelen.motion.arm.grasp import park_joints, pose_over, transfer_rolls, transfer_tilt
+from kempelen.motion.arm.grasp import park_joints, pose_over, transfer_rolls, transfer_tilts
 from kempelen.motion.arm.guidance import BOW, pose_of, posture, straight
 from kempelen.motion.arm.pacing import paced, rounded
 from kempelen.motion.arm.sweep import Held, sweep_arm
@@ -61,8 +61,8 @@ def plan_arm_approach(
 ) -> ArmPlan:
     """With open fingers from joint angles (n,) rad to the grip of the piece on ``transfer.source``.
 
-    The tilt is the least at which the piece can also be let go on ``transfer.target``. ``start`` may also be
-    where another piece has just been released: the hand then rises off that one first.
+    The tilt is the least at which the piece can also be let go on ``transfer.target``, see `transfer_tilts`.
+    ``start`` may also be where another piece has just been released: the hand then rises off that one first.
 
     Raises:
         MotionError: nothing stands there; out of reach; a joint's limit on the way; something touched.
@@ -74,8 +74,8 @@ def plan_arm_approach(
             hint="Check the position on the table against the game.",
         )
     title = f"Reaching for the {piece_name(piece)} on {transfer.source}"
-    tilt = transfer_tilt(arm, scene.table, transfer)
-    roll, _ = transfer_rolls(arm, scene, transfer, tilt)
+    tilt, _ = tilts = transfer_tilts(arm, scene.table, transfer)
+    roll, _ = transfer_rolls(arm, scene, transfer, tilts)
     point = scene.table.grip_point(transfer.source, piece.piece_type)
     end = posture(arm, pose_over(point, tilt, roll), title)
     return plan_arm_reach(arm, scene, start, end, title=title, bow=bow)
@@ -104,10 +104,10 @@ def plan_arm_carry(
             hint="Check the position on the table against the game.",
         )
     title = f"Carrying the {piece_name(transfer.piece)} from {transfer.source} to {transfer.target}"
-    tilt = transfer_tilt(arm, scene.table, transfer)
-    _, roll = transfer_rolls(arm, scene, transfer, tilt)
+    gripped, tilt = tilts = transfer_tilts(arm, scene.table, transfer)
+    _, roll = transfer_rolls(arm, scene, transfer, tilts)
     end = posture(arm, pose_over(scene.table.release_point(transfer.target, kind), tilt, roll), title)
-    held = Held(scene.table.pieces[kind], tilt)
+    held = Held(scene.table.pieces[kind], gripped)
     if scene.standing.get(transfer.source) == transfer.piece:
         scene = scene.without(transfer.source)
     return checked(Task(arm, scene, _joints(start), end, held, title, bow))
