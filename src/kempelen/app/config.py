@@ -40,6 +40,7 @@ _SENSES = frozenset({"camera", "depth", "colour", "reed"})
 Scalar = bool | int | float | str
 _CLEAR_OF_THE_VIEW = 60.0
 """mm beyond the board's side: half a square that must be free of hands, and half the gantry's beam."""
+_ARM_STRAYS = 6.0  # mm
 _Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
 
 
@@ -306,8 +307,11 @@ class Config(Section):
         return self.data_dir / f"{of_robot(what, self.robot.kind)}{'-twin' if self.on_twin else ''}.json"
 
     def _aside(self, square: float) -> float:
-        """An arm has no beam beside its hand; the half square around the board is the camera's."""
-        return square / 2 if self.robot.kind == ARM else _CLEAR_OF_THE_VIEW
+        """An arm has no beam beside its hand; the half square around the board is the camera's.
+
+        Where an arm has drifted, and with the broad edges that a depth camera gives it, it may be farther in.
+        """
+        return square / 2 + _ARM_STRAYS if self.robot.kind == ARM else _CLEAR_OF_THE_VIEW
 
     def build_table(self, calibration: Calibration | None = None) -> Table:
         """The table: as configured, or with the board where the calibration found it."""
