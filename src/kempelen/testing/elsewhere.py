@@ -55,9 +55,13 @@ class Elsewhere:
         line = await self._process.stdout.readline() if self._process.stdout else b""
         return line.decode().strip()
 
-    async def told(self) -> dict[str, Any]:
-        """What became of its table: pieces, carried, faults, held, phase."""
+    async def told(self, pace: float | None = None) -> dict[str, Any]:
+        """What became of its table: pieces, carried, faults, held, phase.
+
+        Args:
+            pace: Of its robot from now on.
+        """
         if self._process.stdin is not None:
-            self._process.stdin.write(b"\n")
+            self._process.stdin.write(f"{'' if pace is None else pace}\n".encode())
         told: dict[str, Any] = json.loads(await self._line())
         return told

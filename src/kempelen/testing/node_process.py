@@ -1,7 +1,8 @@
 """A light robot's node as a process of its own, until its input ends; in keys, over any endpoint.
 
 ``python -m kempelen.testing.node_process '{"listen": [...], "keys": "...", "table": "one", "pace": 10}'``
-prints a line when it is there; for each line of input one of what became of the table, as JSON.
+prints a line when it is there; for each line of input one of what became of the table, as JSON. A number in
+the line is the robot's pace from now on.
 """
 
 import asyncio
@@ -25,7 +26,7 @@ def _line() -> bytes:
 
 async def _main(wanted: dict[str, Any]) -> None:
     table = Table()
-    world = LightTable(table, start_layout(table, chess.Board()))
+    world = LightTable(table, start_layout(table, chess.Board(wanted.get("fen", chess.STARTING_FEN))))
     keys = Path(wanted["keys"]) if wanted.get("keys") else None
     network = Network(
         listen=tuple(wanted.get("listen", ())), connect=tuple(wanted.get("connect", ())), discover=False,
@@ -38,11 +39,14 @@ async def _main(wanted: dict[str, Any]) -> None:
         await stack.enter_async_context(RobotNode(robot, link, wanted.get("table", "one"), patience=patience))
         print("here", flush=True)  # noqa: T201 - this is what the other process waits for
         loop = asyncio.get_running_loop()
-        while await loop.run_in_executor(None, _line):
-            print(json.dumps(_told(world, robot)), flush=True)  # noqa: T201 - as above
+        while line := await loop.run_in_executor(None, _line):
+            if pace := line.strip():
+                robot.pace = float(pace)
+            print(json.dumps(told_of(world, robot)), flush=True)  # noqa: T201 - as above
 
 
-def _told(world: LightTable, robot: LightRobot) -> dict[str, Any]:
+def told_of(world: LightTable, robot: LightRobot) -> dict[str, Any]:
+    """What became of its table, as JSON can say it."""
     pieces = {str(place): piece.symbol() for place, piece in world.layout.items()}
     return {
         "pieces": pieces,

@@ -78,6 +78,9 @@ class LightRobot:
         table: Its work space is the robot's.
         world: What the gripper takes and sets down.
         pace: Seconds of motion for each second of the clock.
+
+    Attributes:
+        pace: As given; may be changed, for what comes then.
     """
 
     name = "light"
@@ -85,7 +88,7 @@ class LightRobot:
     def __init__(self, table: Table, world: LightTable, *, pace: float = 1.0) -> None:
         self.space = table.space
         self._world = world
-        self._pace = pace
+        self.pace = pace
         self._top = (self.space.lower[0], self.space.lower[1], self.space.upper[2])
         self._state = RobotState()
         self._changed = asyncio.Event()
@@ -171,7 +174,7 @@ class LightRobot:
     async def _pass(self, seconds: float) -> None:
         """Let time go by, unless it is held."""
         await self._free.wait()
-        await asyncio.sleep(seconds / self._pace)
+        await asyncio.sleep(seconds / self.pace)
         await self._free.wait()
 
     def _must_be_free(self) -> None:

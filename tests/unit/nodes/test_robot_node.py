@@ -257,6 +257,38 @@ async def test_a_node_that_was_started_again_knows_nobody() -> None:
         assert made.robot.done == []
 
 
+@pytest.mark.parametrize("hours", [-5.0, 0.0, 7.5, 24 * 400.0])
+async def test_clocks_that_differ_make_no_command_late_or_valid_for_longer(hours: float) -> None:
+    """Times are of the node's clock: what the other machine believes the time to be does not matter."""
+    ahead = 3600 * hours
+    loop = asyncio.get_running_loop()
+    async with AsyncExitStack() as stack:
+        made = Hall(LocalNet(), stack)
+        link = await made.link()
+        node = RobotNode(made.robot, link, "one", patience=SHORT, clock=lambda: loop.time() + ahead)
+        await stack.enter_async_context(node)
+        remote = await made.arbiter(waits=replace(QUICK, valid=0.2, lost=3.0))
+        await remote.home()
+        assert made.robot.done == ["home"]
+        late = made.net.weather.delay = (0.25, 0.25)
+        homing = asyncio.create_task(remote.home())
+        await asyncio.sleep(late[0] + 0.1)
+        assert made.robot.done == ["home"]  # it came later than it may
+        made.net.weather.delay = (0.0, 0.0)
+        await homing
+        assert made.robot.done == ["home", "home"]
+
+
+async def test_of_two_arbiters_at_once_one_gets_the_robot() -> None:
+    async with hall() as made:
+        arbiters = [made.arbiter(name) for name in ("Anna", "Ben", "Cleo")]
+        came = await asyncio.gather(*arbiters, return_exceptions=True)
+        (leader,) = [one for one in came if isinstance(one, RemoteRobot)]
+        assert [type(one) for one in came].count(BusyError) == 2
+        await leader.home()
+        assert made.robot.done == ["home"]
+
+
 # --- commands as they arrive ------------------------------------------------------------------------------
 
 
