@@ -39,7 +39,7 @@ def main() -> None:
     table = Table()
     scene = Scene.from_layout(table, start_layout(table, parse_fen(POSITION)), seed=3, scatter=1.0)
     x, y, _ = table.centre(Place("f6")).tolist()
-    world = World(scene, tool=(x, y, 110.0))
+    world = World(scene, joints=(x, y, 110.0))
     Path(sys.argv[1]).write_bytes(png(world.render(*SIZE, "portrait")))
 
 

@@ -129,7 +129,7 @@ class EnginePlayer:
         return max(min(self._seconds, left / MOVES_TO_GO), LEAST_S)
 
     async def answer_draw(self, board: chess.Board) -> bool:
-        """Agreed where the engine has offered one itself, or late in a game where it sees nothing for itself."""
+        """Agreed where the engine has offered one itself, or late in a game in which it sees no chance."""
         if self._offers_draw:
             return True
         thinking = self._last

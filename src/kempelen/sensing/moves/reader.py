@@ -81,7 +81,7 @@ class MoveReader:
 
     def __init__(self, board: chess.Board, parameters: MoveParameters | None = None) -> None:
         self.parameters = parameters or MoveParameters()
-        self._hypotheses = Hypotheses(board)
+        self._hypotheses = Hypotheses(board, pairs=self.parameters.pairs)
         self._standing = Standing(self._hypotheses.states, self.parameters)
         self._window = Window(self.parameters.frames, self.parameters.glitch, self.parameters.correlation)
         self._kinds: list[Array] = []
@@ -115,7 +115,7 @@ class MoveReader:
         """
         self._board = board.copy(stack=2)
         seen_already = None if self._best is None else self._hypotheses.after(self._best)
-        self._hypotheses = Hypotheses(board)
+        self._hypotheses = Hypotheses(board, pairs=self.parameters.pairs)
         self._standing.confirm(self._hypotheses.states)
         stands = seen_already is not None and np.array_equal(seen_already, self._hypotheses.states)
         self._touched, self._best = False, self._hypotheses.all[0] if stands else None
