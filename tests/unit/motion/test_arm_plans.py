@@ -85,6 +85,15 @@ def test_the_way_down_to_a_piece_is_guided() -> None:
     assert bow_of(ARM, low, straight[0], straight[-1]) <= 2.0
 
 
+def test_it_waits_aside_without_a_turn_of_the_base() -> None:
+    for square in ("a1", "d4", "e8", "h5"):
+        point = TABLE.grip_point(Place(square), chess.PAWN)
+        there = least_tilt(ARM, point).joints
+        waiting = park_joints(ARM, TABLE, there)
+        assert waiting[0] == pytest.approx(there[0], abs=1e-9)
+        assert forward(ARM, waiting)[2, 3] >= TABLE.park_height
+
+
 def test_nothing_stops_between_the_ends() -> None:
     carry = plan_arm_carry(ARM, scene(), MOVES[0], grip(MOVES[0]))
     speed = np.abs(np.diff(carry.joints, axis=0)).max(axis=1) / np.diff(carry.times)

@@ -130,12 +130,17 @@ _ENOUGH = 0.5  # mm, the machine's own inaccuracy included
 
 
 def park_joints(arm: Arm, table: Table, near: Array) -> Array:
-    """Where the arm waits, (n,) rad: all of it beside the board as seen from above, soon reached."""
+    """Where the arm waits, (n,) rad: all of it beside the board as seen from above, soon reached.
+
+    Without a turn of the base if that is possible: no stop of the joint that loses most at each.
+    """
     joints, clear = _waiting(arm, table)
-    good = clear >= min(table.aside + _VIEW, float(clear.max()) - _TINY)
-    travel = (np.abs(joints - near) / arm.velocity).max(axis=1)
-    travel[~good] = np.inf
-    found: Array = joints[int(travel.argmin())]
+    enough = min(table.aside + _VIEW, float(clear.max()) - _TINY)
+    here = _folded(arm, table, near[:1])
+    beside = here[_beside_board(arm, table, here) >= enough] if len(here) else here
+    good = beside if len(beside) else joints[clear >= enough]
+    travel = (np.abs(good - near) / arm.velocity).max(axis=1)
+    found: Array = good[int(travel.argmin())]
     return found
 
 
@@ -147,20 +152,25 @@ _TINY = 1e-6
 def _waiting(arm: Arm, table: Table) -> tuple[Array, Array]:
     """Folded postures (m, n) rad and how far they are from the board in plan (m,), mm; below 0 over it."""
     low, high = arm.ranges[0]
-    azimuths = np.linspace(low, high, 64)
-    azimuths = np.append(azimuths[np.abs(azimuths) <= _BEHIND], 0.0)
+    azimuths = np.append(np.linspace(low, high, 64), 0.0)
+    joints = np.concatenate((_folded(arm, table, azimuths), arm.home[None]))
+    return joints, _beside_board(arm, table, joints)
+
+
+def _folded(arm: Arm, table: Table, azimuths: Array) -> Array:
+    """(m, n) rad, with the hand near the base and at the height of parking."""
     rows = np.array([
         (azimuth, radius, table.park_height + lift, 0.0, 0.0)
-        for azimuth in azimuths
+        for azimuth in azimuths[np.abs(azimuths) <= _BEHIND]
         for radius in np.arange(60.0, 240.0, 10.0)
         for lift in (10.0, 60.0, 110.0)
-    ])  # fmt: skip
+    ]).reshape(-1, 5)  # fmt: skip
     joints = joints_at(arm, rows)
     joints = joints[np.isfinite(joints).all(axis=1)]
     at = frames(arm, joints)
     room = room_within(arm, capsules(arm, at), at, hand(arm, table.gripper, None))
-    joints = np.concatenate((joints[room > _ROOM], arm.home[None]))
-    return joints, _beside_board(arm, table, joints)
+    folded: Array = joints[room > _ROOM]
+    return folded
 
 
 _BEHIND = np.radians(135.0)
