@@ -58,7 +58,7 @@ class EyeProcess:
 
     def __init__(self) -> None:
         self._process: asyncio.subprocess.Process | None = None
-        self._words: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - a terminal may be showing a picture
+        self._words: IO[bytes] | None = None
 
     @property
     def pid(self) -> int | None:
@@ -67,6 +67,7 @@ class EyeProcess:
 
     async def open(self) -> None:
         """Start it."""
+        self._words = tempfile.TemporaryFile()  # noqa: SIM115 - closed by `end`; a terminal may show a picture
         self._process = await asyncio.create_subprocess_exec(
             sys.executable, "-m", "kempelen.app.eye_process",
             stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=self._words,
@@ -103,11 +104,17 @@ class EyeProcess:
                 self.kill()
                 await process.wait()
             code = process.returncode or 0
-        with self._words as words:
-            words.seek(max(0, words.seek(0, os.SEEK_END) - _TAIL))
-            last = words.read().decode(errors="replace").strip().rpartition("\n")[2]
+        last = self._last_words()
         how = f"was killed by signal {-code}" if code < 0 else f"ended with exit code {code}"
         return f"The eye's process {how}{f' ({last})' if last else ''}; it is started again."
+
+    def _last_words(self) -> str:
+        if self._words is None:
+            return ""
+        with self._words as words:
+            words.seek(max(0, words.seek(0, os.SEEK_END) - _TAIL))
+            self._words = None
+            return words.read().decode(errors="replace").strip().rpartition("\n")[2]
 
 
 class RemoteEye:

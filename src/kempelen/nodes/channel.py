@@ -186,6 +186,7 @@ class ChannelNode:
         self._visit: _Visit | None = None
         self._left: deque[str] = deque(maxlen=_HELD)
         self._opening = asyncio.Lock()
+        self._answers: set[asyncio.Task[bytes]] = set()
         self._chore: asyncio.Task[None]
 
     async def __aenter__(self) -> Self:
@@ -198,7 +199,7 @@ class ChannelNode:
     async def __aexit__(self, *exc: object) -> None:
         """The device is let go of."""
         self._chore.cancel()
-        await asyncio.gather(self._chore, return_exceptions=True)
+        await asyncio.gather(self._chore, *self._answers, return_exceptions=True)
         async with self._opening:
             await self._end()
 
@@ -208,6 +209,13 @@ class ChannelNode:
         return self._visit.packet.who if self._visit else ""
 
     async def _line(self, content: bytes) -> bytes:
+        """A device that is being opened is never left half open, whatever becomes of who asked."""
+        answering = asyncio.create_task(self._answer(content))
+        self._answers.add(answering)
+        answering.add_done_callback(self._answers.discard)
+        return await asyncio.shield(answering)
+
+    async def _answer(self, content: bytes) -> bytes:
         try:
             packet = Packet.unpack(content)
             visit = await self._visiting(packet)
