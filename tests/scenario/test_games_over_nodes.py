@@ -6,7 +6,6 @@ and the true table are the same as if nothing had happened.
 
 import asyncio
 import contextlib
-import os
 import random
 import shutil
 import subprocess
@@ -35,6 +34,7 @@ from kempelen.nodes.robot_node import Patience, RobotNode
 from kempelen.nodes.zenoh_link import Network, ZenohLink
 from kempelen.robots.hand import CartesianHand
 from kempelen.testing.elsewhere import Elsewhere, free_endpoint
+from kempelen.testing.foul_links import Foul, Wire, Yonder
 from kempelen.testing.node_process import told_of
 from kempelen.twin.light import LightRobot, LightTable
 
@@ -137,14 +137,16 @@ async def in_this_process(weather: Weather) -> AsyncIterator[Place]:
 
 
 @asynccontextmanager
-async def in_another_process(endpoint: str, *before: str, via: str = "") -> AsyncIterator[Place]:
+async def in_another_process(
+    endpoint: str, *before: str, via: str = "", weather: Weather | None = None
+) -> AsyncIterator[Place]:
     """``before``: words before its command; ``via``: another endpoint that leads there."""
     wanted = {"listen": [endpoint], "pace": PACE, "fen": FEN, "patience": {"rest": REST_S}}
     async with Elsewhere(before, **wanted) as there:
         own = free_endpoint()
         network = Network(connect=(via or endpoint,), listen=(own,), discover=False)
         async with ZenohLink(network) as link:
-            yield Place(link, there.told)
+            yield Place(Foul(link, weather or Weather()), there.told)
 
 
 @pytest.fixture(scope="module")
@@ -177,83 +179,50 @@ async def held_with_its_piece(told: Told) -> None:
     await until_it_is("held", told)
 
 
-# --- in this process --------------------------------------------------------------------------------------
+def foul_for_a_while(kind: str, weather: Weather) -> Fault:
+    """A fault that passes."""
 
-
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "cut",
-        "reordered",
-        pytest.param("delayed", marks=pytest.mark.soak),
-        pytest.param("lost and repeated", marks=pytest.mark.soak),
-    ],
-)
-async def test_in_one_process(kind: str, undisturbed: Played, tmp_path: Path) -> None:
-    weather = Weather(random.Random(kind))
-
-    async def fault(told: Told) -> None:
+    async def fault(_told: Told) -> None:
         match kind:
-            case "cut":
-                weather.cut = True
-                await held_with_its_piece(told)
             case "delayed":
                 weather.delay = (0.2, 0.4)
             case "reordered":
-                weather.delay = (0.0, 0.3)
+                weather.delay = (0.0, 0.4)
             case _:
-                weather.loss, weather.twice = 0.5, 0.5
-        await asyncio.sleep(0.3)
-        weather.cut, weather.delay, weather.loss, weather.twice = False, (0.0, 0.0), 0.0, 0.0
+                weather.loss, weather.twice = 0.4, 0.4
+        await asyncio.sleep(1.0)
+        weather.delay, weather.loss, weather.twice = (0.0, 0.0), 0.0, 0.0
+
+    return fault
+
+
+KINDS = ["delayed", "reordered", "lost and repeated"]
+
+
+# --- in this process --------------------------------------------------------------------------------------
+
+
+async def test_in_one_process_with_the_link_cut(undisturbed: Played, tmp_path: Path) -> None:
+    weather = Weather()
+
+    async def fault(told: Told) -> None:
+        weather.cut = True
+        await held_with_its_piece(told)
+        weather.cut = False
 
     async with in_this_process(weather) as place:
         assert await play(place, tmp_path, fault) == undisturbed
 
 
+@pytest.mark.soak
+@pytest.mark.parametrize("kind", KINDS)
+async def test_in_one_process_in_foul_weather(kind: str, undisturbed: Played, tmp_path: Path) -> None:
+    weather = Weather(random.Random(kind))
+    async with in_this_process(weather) as place:
+        assert await play(place, tmp_path, foul_for_a_while(kind, weather)) == undisturbed
+
+
 # --- in separate processes --------------------------------------------------------------------------------
-
-
-class Wire:
-    """A way over the loopback interface that can be cut, and breaks when it is cut for long."""
-
-    def __init__(self, target: str) -> None:
-        self._target = int(target.rpartition(":")[2])
-        self._whole = asyncio.Event()
-        self._whole.set()
-        self._tasks: set[asyncio.Task[None]] = set()
-
-    async def __aenter__(self) -> str:
-        self._server = await asyncio.start_server(self._join, "127.0.0.1", 0)
-        return f"tcp/127.0.0.1:{self._server.sockets[0].getsockname()[1]}"
-
-    async def __aexit__(self, *exc: object) -> None:
-        self._server.close()
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
-
-    def cut(self) -> None:
-        self._whole.clear()
-
-    def heal(self) -> None:
-        self._whole.set()
-
-    async def _join(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        there, back = await asyncio.open_connection("127.0.0.1", self._target)
-        for one, other in ((reader, back), (there, writer)):
-            task = asyncio.ensure_future(self._carry(one, other))
-            self._tasks.add(task)
-
-    async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        try:
-            while data := await reader.read(65536):
-                await self._whole.wait()
-                writer.write(data)
-                await writer.drain()
-        except OSError:
-            pass
-        finally:
-            writer.close()
 
 
 async def test_as_separate_processes(undisturbed: Played, tmp_path: Path) -> None:
@@ -269,54 +238,15 @@ async def test_as_separate_processes(undisturbed: Played, tmp_path: Path) -> Non
         assert await play(place, tmp_path, fault) == undisturbed
 
 
+@pytest.mark.soak
+@pytest.mark.parametrize("kind", KINDS)
+async def test_as_separate_processes_in_foul_weather(kind: str, undisturbed: Played, tmp_path: Path) -> None:
+    weather = Weather(random.Random(kind))
+    async with in_another_process(free_endpoint(), weather=weather) as place:
+        assert await play(place, tmp_path, foul_for_a_while(kind, weather)) == undisturbed
+
+
 # --- in separate network namespaces -----------------------------------------------------------------------
-
-
-def _ip(*words: str, check: bool = True) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run(("ip", *words), check=check, capture_output=True)  # noqa: S607 - tests only
-
-
-class Yonder:
-    """A network namespace at the end of a pair of virtual cables.
-
-    Attributes:
-        name: Of the namespace.
-        address: There.
-    """
-
-    def __init__(self) -> None:
-        number = os.getpid() % 16000
-        self.name, self.cable = f"kempelen-{number}", f"kn{number}"
-        self._net = f"198.18.{number >> 6}.{(number & 63) << 2}"
-        first, _, last = self._net.rpartition(".")
-        self._here, self.address = f"{first}.{int(last) + 1}", f"{first}.{int(last) + 2}"
-
-    def make(self) -> None:
-        _ip("netns", "add", self.name)
-        _ip("link", "add", self.cable, "type", "veth", "peer", "name", "kn0", "netns", self.name)
-        _ip("addr", "add", f"{self._here}/30", "dev", self.cable)
-        _ip("link", "set", self.cable, "up")
-        for words in (("addr", "add", f"{self.address}/30", "dev", "kn0"), ("link", "set", "kn0", "up")):
-            _ip("-n", self.name, *words)
-
-    def cut(self) -> None:
-        _ip("link", "set", self.cable, "down")
-
-    def heal(self) -> None:
-        _ip("link", "set", self.cable, "up")
-
-    def weather(self, *words: str) -> None:
-        """What the cable does to packets; none: nothing."""
-        verb = (
-            ("replace", "dev", self.cable, "root", "netem", *words)
-            if words
-            else ("del", "dev", self.cable, "root")
-        )
-        subprocess.run(("tc", "qdisc", *verb), check=True, capture_output=True)  # noqa: S607 - as above
-
-    def remove(self) -> None:
-        _ip("link", "del", self.cable, check=False)
-        _ip("netns", "del", self.name, check=False)
 
 
 @pytest.fixture
@@ -337,9 +267,9 @@ def yonder() -> Iterator[Yonder]:
 
 
 @asynccontextmanager
-async def in_another_namespace(yonder: Yonder) -> AsyncIterator[Place]:
-    endpoint = f"tcp/{yonder.address}:7447"
-    async with in_another_process(endpoint, "ip", "netns", "exec", yonder.name) as place:
+async def in_another_namespace(yonder: Yonder, weather: Weather | None = None) -> AsyncIterator[Place]:
+    endpoint, enter = f"tcp/{yonder.address}:7447", ("ip", "netns", "exec", yonder.name)
+    async with in_another_process(endpoint, *enter, weather=weather) as place:
         yield place
 
 
@@ -364,7 +294,7 @@ async def test_in_separate_network_namespaces(yonder: Yonder, undisturbed: Playe
     ],
     ids=["delayed", "reordered", "lossy", "doubled"],
 )
-async def test_in_namespaces_in_foul_weather(
+async def test_in_namespaces_with_packets_in_foul_weather(
     weather: tuple[str, ...], yonder: Yonder, undisturbed: Played, tmp_path: Path
 ) -> None:
     try:
@@ -380,6 +310,16 @@ async def test_in_namespaces_in_foul_weather(
 
     async with in_another_namespace(yonder) as place:
         assert await play(place, tmp_path, fault) == undisturbed
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("kind", KINDS)
+async def test_in_namespaces_in_foul_weather(
+    kind: str, yonder: Yonder, undisturbed: Played, tmp_path: Path
+) -> None:
+    weather = Weather(random.Random(kind))
+    async with in_another_namespace(yonder, weather) as place:
+        assert await play(place, tmp_path, foul_for_a_while(kind, weather)) == undisturbed
 
 
 @pytest.mark.soak
