@@ -23,7 +23,14 @@ from kempelen.cli.options import (
 
 node = typer.Typer(
     name="node",
-    help="Robots, boards and engines on other machines, found over the network.",
+    help="""Robots, boards, cameras and engines on other machines, found over the network.
+
+    Examples:
+
+        kempelen node robot --table hall-3        beside the robot
+        kempelen node arbiter --table hall-3      where the game is led
+        kempelen node view                        every table in the hall
+    """,
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
