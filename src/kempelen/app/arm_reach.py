@@ -100,8 +100,8 @@ def _why(arm: Arm, point: Array) -> str:
     try:
         least_tilt(arm, point, most=MOST_TILT)
     except ReachError as error:
-        return error.message
-    return "It is at the very end of its reach."
+        return error.message.removesuffix(".")
+    return "It is at the very end of its reach"
 
 
 def _mend(arm: Arm, wanted: Array, name: str) -> tuple[float, str]:

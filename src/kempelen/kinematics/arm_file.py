@@ -196,7 +196,11 @@ def _read(name_or_path: str | Path) -> tuple[str, str]:
     try:
         return path.stem, path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"The arm's parameter file {path} cannot be read: {error}.") from error
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ConfigError(
+            f"The arm's parameter file {path} cannot be read: {why}.",
+            hint=f"Name another one (robot.options.arm), or one of: {', '.join(known)}.",
+        ) from error
 
 
 def _told(error: ValidationError) -> str:

@@ -85,6 +85,7 @@ def test_what_is_out_of_reach_is_named_with_the_mend(
     config = arm_config(table__board=board)
     found = [one for one in misfits(config, config.build_table()) if "arm cannot" in one.what]
     assert said in found[0].what
+    assert ".:" not in str(found[0])
     assert found[0].mend.startswith(mend)
     moved = arm_config(table__board=(board[0] + found[0].by * (-1 if "-x" in mend else 1), *board[1:]))
     assert not [one for one in misfits(moved, moved.build_table()) if "board" in one.where]
