@@ -39,6 +39,7 @@ _OVERTAKES: Mapping[Deed, tuple[Deed, ...]] = {
     "resume": ("hold",),
     "jog_stop": ("jog",),
 }
+_AT_HOLD = frozenset({RobotPhase.HOLDING, RobotPhase.HELD})
 _MOVING = frozenset({RobotPhase.MOVING, RobotPhase.HOMING, RobotPhase.JOGGING})
 
 
@@ -160,11 +161,21 @@ class RobotNode:
 
     async def _drop(self) -> None:
         """What the arbiter had begun ends here, at rest; the gripper keeps what it holds."""
+        lease = self._lease
         if any(not task.done() for task in self._calls.values()):
             await self.robot.cancel()
             await asyncio.gather(*self._calls.values(), return_exceptions=True)
+        elif (lease is not None and lease.held) or self.robot.state.phase in _AT_HOLD:
+            await self._let_go_on()
         self._calls.clear()
         self._lease, self._served = None, True
+
+    async def _let_go_on(self) -> None:
+        """Nothing is left that could move; but a robot that is still held would let the next arbiter wait."""
+        try:
+            await self.robot.resume()
+        except KempelenError as error:
+            _log.warning("The robot stays held: %s", error)
 
     def _state(self) -> RobotState:
         """The robot's, whose memory this node has kept while arbiters came and went."""

@@ -244,6 +244,31 @@ async def test_a_program_that_leaves_frees_the_robot_at_once() -> None:
         await made.arbiter()
 
 
+async def test_a_robot_that_was_held_between_two_groups_is_not_left_so_to_the_next_arbiter() -> None:
+    async with hall() as made:
+        async with RemoteRobot(await made.link(), "one", waits=QUICK) as first:
+            await first.hold()
+            assert made.robot.state.phase is RobotPhase.HELD
+        assert made.robot.done == ["hold", "resume"]
+
+
+async def test_held_by_the_node_as_its_group_ended_it_is_not_left_so_to_the_next_arbiter() -> None:
+    """The group may end at the very instant at which the node holds the robot for a silent arbiter."""
+    async with hall() as made:
+        first = await made.arbiter("Anna")
+        running = asyncio.create_task(first.run(WAY))
+        await until(lambda: made.robot.state.phase is RobotPhase.MOVING)
+        made.net.weather.cut = True
+        await until(lambda: made.robot.done == ["hold"])
+        made.robot.arrive.set()
+        await until(lambda: made.robot.state.phase is RobotPhase.IDLE)
+        with pytest.raises(LinkError):
+            await running
+        made.net.weather.cut = False
+        await made.arbiter("Ben")
+        assert made.robot.done == ["hold", "resume"]
+
+
 async def test_a_node_that_was_started_again_knows_nobody() -> None:
     async with AsyncExitStack() as stack:
         made = Hall(LocalNet(), stack)
