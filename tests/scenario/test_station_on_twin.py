@@ -94,6 +94,14 @@ async def test_stopped_in_mid_carry_mended_left_and_resumed(tmp_path: Path) -> N
         assert (await pieces_near(table, "e2"), await pieces_near(table, "d4")) == ([], ["P"])
 
 
+async def test_a_new_game_does_not_keep_people_waiting_for_the_twin_to_home(tmp_path: Path) -> None:
+    async with station(tmp_path) as table:
+        await table.set_speed(1)
+        await table.begin(PLAY)
+        assert table.robot.homed
+        assert table.playing is not None
+
+
 async def test_an_idle_twin_is_measured_and_moved_on_by_hand(tmp_path: Path) -> None:
     async with station(tmp_path) as table:
         await table.connect("gantry", "twin")

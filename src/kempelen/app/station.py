@@ -200,15 +200,17 @@ class Station(StationEyes):
     async def _start(self, config: Config, request: GameRequest | int, wish: EngineWish | None = None) -> int:
         live = LiveGame(config, request, self._prompts.ask, wish)
         return await self._do(
-            say("busy_game", "Setting up the game …"), lambda: self._begin(live), Phase.STARTING
+            say("busy_game", "Setting up the game …"),
+            lambda: self._begin(live, new=isinstance(request, GameRequest)),
+            Phase.STARTING,
         )
 
-    async def _begin(self, live: LiveGame) -> int:
+    async def _begin(self, live: LiveGame, *, new: bool) -> int:
         had_table = self.session is not None
         await self._put_away()
         try:
             await self._interruptible(
-                live.__aenter__(), say("game_setup_stopped", "Setting up the game was stopped.")
+                self._come_up(live, new=new), say("game_setup_stopped", "Setting up the game was stopped.")
             )
         except KempelenError:
             if had_table:
@@ -220,6 +222,17 @@ class Station(StationEyes):
         self._run = GameRun(live, self._after_game)
         self._attend(live.session.robot)
         return live.arbiter.game
+
+    async def _come_up(self, live: LiveGame, *, new: bool) -> None:
+        """The game's table; a twin of our own is homed, unless there may be a piece in its gripper."""
+        await live.__aenter__()
+        if new:
+            try:
+                with suppress(KempelenError):  # the game tries again, and says what is wrong
+                    await self._home_own_twin(live.session)
+            except BaseException:
+                await live.__aexit__(None, None, None)
+                raise
 
     async def leave_game(self) -> None:
         """Robot at rest, game kept unless it is over; the station has its own table again.

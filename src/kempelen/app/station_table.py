@@ -317,20 +317,26 @@ class StationTable:
             self._trouble = error
             raise
         self._attend(self._idle.session.robot)
-        await self._home_own_twin(self._idle.session)
+        with suppress(KempelenError):
+            home = self._home_own_twin(self._idle.session)
+            await self._interruptible(home, say("homing_stopped", "Homing was stopped."))
 
     async def _home_own_twin(self, session: TableSession) -> None:
         """A machine is never homed without being asked; near our own twin nobody can be hurt.
 
-        It takes no longer than it must. What goes wrong is a fault that is shown, as of any other homing.
+        It takes no longer than it must.
+
+        Raises:
+            KempelenError: what goes wrong; as of any other homing it is a fault that is shown.
         """
         if session.twin is None or session.control is None:
             return
-        with suppress(KempelenError):
-            await session.control.ask("speed", speed=0)
-            await self._interruptible(session.robot.home(), say("homing_stopped", "Homing was stopped."))
-        with suppress(KempelenError):
-            await session.control.ask("speed", speed=self.speed)
+        await session.control.ask("speed", speed=0)
+        try:
+            await session.robot.home()
+        finally:
+            with suppress(KempelenError):
+                await session.control.ask("speed", speed=self.speed)
 
     async def _pace(self, speed: float) -> None:
         """Twin: another time scale for a while; who jogs has to see the robot move, and stop it in time."""
