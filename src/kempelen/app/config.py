@@ -26,7 +26,7 @@ from kempelen.core.geometry import Transform
 from kempelen.core.table import DEFAULT_TRAYS, Gripper, Table, Tray, WorkSpace
 from kempelen.motion.scene import Clearances
 from kempelen.twin.cameras.settings import CameraSpec
-from kempelen.twin.physics.flaws import ArmFlaws
+from kempelen.twin.flaws import ArmFlaws
 from kempelen.twin.reed.settings import ReedSpec
 
 PROGRAM = "kempelen"

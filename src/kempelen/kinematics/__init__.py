@@ -1,6 +1,7 @@
 """Arms: DH chains from parameter files, forward and inverse kinematics, tilt, drift, fit, dynamics.
 
-Usable alone; millimetres, radians, seconds. Frame "robot": the arm's base, origin on its foot, z up.
+Usable alone; millimetres, radians, seconds. Frame "robot": the arm's base, origin on its foot, z up. `fit` is
+imported by name where an arm is calibrated: its optimiser takes longer to load than all the rest together.
 """
 
 from kempelen.kinematics.arm import Arm, Body, Drift, Link, Mass
@@ -12,7 +13,6 @@ from kempelen.kinematics.differential import Singularity, joint_speeds, manipula
 from kempelen.kinematics.drift import Budget, JointErrors, Slack, Uncertainty, drift_budget, stop_loss
 from kempelen.kinematics.dynamics import torques
 from kempelen.kinematics.euler import matrix_from_zyz, zyz_from_matrix
-from kempelen.kinematics.fit import ArmFit, Priors, fit_arm
 from kempelen.kinematics.numeric import Search, inverse_numeric
 from kempelen.kinematics.tilt import MOST_TILT, Posture, Tilts, least_tilt, least_tilts, tilt_range, tilts
 
@@ -20,7 +20,6 @@ __all__ = [
     "BRANCHES",
     "MOST_TILT",
     "Arm",
-    "ArmFit",
     "Body",
     "Branch",
     "Budget",
@@ -29,7 +28,6 @@ __all__ = [
     "Link",
     "Mass",
     "Posture",
-    "Priors",
     "Search",
     "Singularity",
     "Slack",
@@ -40,7 +38,6 @@ __all__ = [
     "arm_names",
     "branches",
     "drift_budget",
-    "fit_arm",
     "forward",
     "frames",
     "inverse",

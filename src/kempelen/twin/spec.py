@@ -12,8 +12,8 @@ from kempelen.core.pieces import PieceSet
 from kempelen.core.places import Layout, Place
 from kempelen.core.table import Gripper, Table, Tray, WorkSpace
 from kempelen.twin.cameras.settings import CameraSpec
+from kempelen.twin.flaws import ArmFlaws
 from kempelen.twin.look import DEFAULT_LOOK, Look
-from kempelen.twin.physics.flaws import ArmFlaws
 from kempelen.twin.reed.settings import ReedSpec
 
 CONTROL_FOLDER = "kempelen-twin-"

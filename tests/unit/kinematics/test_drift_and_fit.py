@@ -15,7 +15,6 @@ from kempelen.kinematics import (
     Link,
     Slack,
     drift_budget,
-    fit_arm,
     forward,
     inverse,
     least_tilt,
@@ -23,6 +22,7 @@ from kempelen.kinematics import (
     stop_loss,
 )
 from kempelen.kinematics.drift import SIDE_LEFT
+from kempelen.kinematics.fit import fit_arm
 
 FROM_FILE = load_arm("labvolt-5150")
 _DRIFT = Drift(  # of its own, so that these tests do not hang on how the file is tuned

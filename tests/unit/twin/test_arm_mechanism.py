@@ -8,7 +8,7 @@ from kempelen.core.geometry import Array
 from kempelen.core.places import Place
 from kempelen.kinematics import forward, least_tilt
 from kempelen.testing.arm_driver import ARM, TABLE
-from kempelen.twin.physics.flaws import FLAWLESS, ArmFlaws
+from kempelen.twin.flaws import FLAWLESS, ArmFlaws
 from kempelen.twin.physics.mechanism import WARM, Mechanism
 
 TICK = 0.008

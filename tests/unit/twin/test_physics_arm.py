@@ -14,9 +14,9 @@ from kempelen.core.geometry import Array, Transform
 from kempelen.core.places import Place
 from kempelen.kinematics import forward
 from kempelen.testing.arm_driver import ARM, TABLE, TICK, ArmDriver, arm_world
+from kempelen.twin.flaws import ArmFlaws
 from kempelen.twin.physics import World
 from kempelen.twin.physics.arm import TOOL
-from kempelen.twin.physics.flaws import ArmFlaws
 from kempelen.twin.physics.margin import GraspTrial, grasp_margin
 from kempelen.twin.physics.mechanism import true_arm
 

@@ -15,7 +15,7 @@ from kempelen.core.errors import ConfigError
 from kempelen.core.geometry import Array, Transform
 from kempelen.kinematics import Arm, Drift
 from kempelen.kinematics.drift import STILL, stop_loss
-from kempelen.twin.physics.flaws import ArmFlaws
+from kempelen.twin.flaws import ArmFlaws
 from kempelen.twin.physics.scene import StandingArm
 
 WARM = 15.0
