@@ -10,15 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from kempelen.core.geometry import Array
-from kempelen.core.protocols import Action, GripperState, SetGripper
 from kempelen.core.table import WorkSpace
 from kempelen.motion.arm.motors import Motors
 from kempelen.motion.arm.synchrony import TimedPath
-from kempelen.robots.arm.paths import ArmPaths, JogPath
+from kempelen.robots.arm.axes import Grips, JointAxes
+from kempelen.robots.arm.paths import JogPath
 from kempelen.robots.grbl.codec import Axes
-from kempelen.robots.grbl.gcode import BARRIER, MEMORY_MARK, PREAMBLE, GripperWiring, Program, number, words
+from kempelen.robots.grbl.gcode import BARRIER, MEMORY_MARK, PREAMBLE, Program, number, words
 from kempelen.robots.grbl.jog import JogWay
-from kempelen.robots.grbl.mechanics import Pose
 from kempelen.robots.grbl.settings import Misfit
 
 _TOLERANCE = 0.005  # relative; settings are stored as 32-bit floats and typed by people
@@ -41,7 +40,7 @@ _AXIS_WHY = {
 }
 
 
-class ArmAxes:
+class ArmAxes(JointAxes):
     """The `kempelen.robots.grbl.mechanics.Mechanics` of an arm.
 
     Args:
@@ -49,23 +48,17 @@ class ArmAxes:
         space: The box that the tool point keeps to, robot frame.
     """
 
-    name = "arm"
     unit = "°"
     mark = f"{PREAMBLE}G94{MEMORY_MARK}"
     unlock = "$X"
 
     def __init__(self, motors: Motors, space: WorkSpace) -> None:
-        self.motors = motors
-        self.paths = ArmPaths(motors, space)
-        self.space = space
-        self.axes = motors.axes
-        self.axis_names: Sequence[str] = motors.arm.joint_names
+        super().__init__(motors, space)
         self.arrived = 0.5 / float(motors.steps_per_degree.min()) + 0.002  # half a step and its rounding
 
-    def pose(self, position: Axes) -> Pose:
-        """Joints from motors, the tool point from joints."""
-        joints = self.motors.joints(position)
-        return Pose(self.paths.tool(joints), tuple(joints.tolist()))
+    def joints(self, position: Axes) -> Array:
+        """(n,) rad at degrees of the motors."""
+        return self.motors.joints(position)
 
     def misfits(self, settings: Mapping[int, float]) -> list[Misfit]:
         """Which of the controller's settings do not fit the arm's parameter file."""
@@ -95,69 +88,19 @@ class ArmAxes:
         exact = np.rint(np.array(machine) * steps) / steps
         return tuple(np.round(exact - self.motors.home, 3).tolist())
 
-    def entry(self, position: Axes) -> Program | None:
-        """Along a straight line to the nearest point of the work space."""
-        joints = self.motors.joints(position)
-        tool = np.array(self.paths.tool(joints))
-        inside = np.clip(tool, self.space.lower, self.space.upper)
-        if float(np.abs(inside - tool).max()) < _OUTSIDE:
-            return None
-        return self.program([self.paths.straight(inside, joints)], position)
+    def _begun(self, position: Axes) -> tuple[list[bytes], Array]:
+        steps = self.motors.steps_per_degree
+        whole: Array = np.rint(np.array(position) * steps) / steps
+        return [f"{PREAMBLE}G93\n".encode()], whole
 
-    def compile(self, group: Sequence[Action], position: Axes, wiring: GripperWiring) -> Program:
-        """Lines for an atomic group, checked before the first byte goes out.
+    def _wait(self, seconds: float) -> bytes:
+        return f"G4P{number(seconds)}\n".encode()
 
-        Raises:
-            MotionError: a path leaves the work space, the reach or a joint's range, or begins elsewhere.
-        """
-        lines, gripper = [self._first()], list[tuple[int, GripperState]]()
-        joints, here = self.motors.joints(position), self._whole(position)
-        for action in group:
-            if isinstance(action, SetGripper):
-                state = GripperState.CLOSED if action.closed else GripperState.OPEN
-                lines.append(f"{wiring.line(state)}\n".encode())
-                gripper.append((len(lines), state))
-                lines.append(f"G4P{number(action.seconds)}\n".encode())
-                continue
-            path = self.paths.timed(action, joints)
-            more, here = self._lines(path, here)
-            lines += more
-            joints = path.joints[-1]
-        dwells = (action.seconds for action in group if isinstance(action, SetGripper))
-        return self._program(lines, here, tuple(gripper), max(dwells, default=0.0))
-
-    def retract(self, position: Axes) -> Program:
-        """Straight up to the top of the work space, or as far as the arm reaches."""
-        return self.program([self.paths.retract(self.motors.joints(position))], position)
-
-    def program(self, paths: Sequence[TimedPath], position: Axes) -> Program:
-        """Lines for paths that follow each other."""
-        lines, here = [self._first()], self._whole(position)
-        for path in paths:
-            more, here = self._lines(path, here)
-            lines += more
-        return self._program(lines, here)
-
-    def _first(self) -> bytes:
-        return f"{PREAMBLE}G93\n".encode()
-
-    def _program(
-        self,
-        lines: Sequence[bytes],
-        end: Array,
-        gripper: tuple[tuple[int, GripperState], ...] = (),
-        dwell: float = 0.0,
-    ) -> Program:
+    def _ended(self, lines: Sequence[bytes], end: Array, gripper: Grips = (), dwell: float = 0.0) -> Program:
         last = (f"G94{MEMORY_MARK}\n".encode(), BARRIER)
         return Program((*lines, *last), tuple(end.tolist()), gripper, dwell)
 
-    def _whole(self, position: Axes) -> Array:
-        """The reported angles to the step."""
-        steps = self.motors.steps_per_degree
-        whole: Array = np.rint(np.array(position) * steps) / steps
-        return whole
-
-    def _lines(self, path: TimedPath, here: Array) -> tuple[list[bytes], Array]:
+    def _along(self, path: TimedPath, here: Array) -> tuple[list[bytes], Array]:
         """One line for each stretch in which a motor makes a step; its time is that since the line before."""
         lines, before = [], 0.0
         angles = self.motors.degrees(path.joints)
@@ -202,4 +145,3 @@ class ArmJog:
 
 
 _UNKNOWABLE = frozenset({3, 24, 25})  # how motors are mounted, how fast they seek: the owner's business
-_OUTSIDE = 0.5  # mm

@@ -6,15 +6,13 @@ from itertools import pairwise
 import numpy as np
 
 from kempelen.core.geometry import Array
-from kempelen.core.protocols import Action, GripperState, SetGripper
-from kempelen.core.table import WorkSpace
-from kempelen.motion.arm.motors import LOCATE, PULL_OFF, SEEK, Motors
+from kempelen.motion.arm.motors import LOCATE, PULL_OFF, SEEK
 from kempelen.motion.arm.synchrony import TimedPath
-from kempelen.robots.arm.paths import ArmPaths, JogPath
+from kempelen.robots.arm.axes import Grips, JointAxes
+from kempelen.robots.arm.paths import JogPath
 from kempelen.robots.grbl.codec import Axes
 from kempelen.robots.grbl.gcode import GripperWiring, Program
 from kempelen.robots.grbl.jog import JogWay
-from kempelen.robots.grbl.mechanics import Pose
 from kempelen.robots.grbl.settings import Misfit
 
 WIRING = GripperWiring(
@@ -25,7 +23,7 @@ _BARRIER = b"E\n"
 _LONGEST = 10_000  # ms of a block
 
 
-class LatchAxes:
+class LatchAxes(JointAxes):
     """The `kempelen.robots.grbl.mechanics.Mechanics` of an arm on the bridge.
 
     Args:
@@ -33,27 +31,14 @@ class LatchAxes:
         space: The box that the tool point keeps to, robot frame.
     """
 
-    name = "arm"
     unit = "steps"
     arrived = 0.5
     mark = "K"
     unlock = "X"
 
-    def __init__(self, motors: Motors, space: WorkSpace) -> None:
-        self.motors = motors
-        self.paths = ArmPaths(motors, space)
-        self.space = space
-        self.axes = motors.axes
-        self.axis_names: Sequence[str] = motors.arm.joint_names
-
-    def joints(self, counts: Axes) -> Array:
+    def joints(self, position: Axes) -> Array:
         """(n,) rad at counts of steps."""
-        return self.motors.gearing.angles(np.rint(np.array(counts)))
-
-    def pose(self, position: Axes) -> Pose:
-        """Joints from steps, the tool point from joints."""
-        joints = self.joints(position)
-        return Pose(self.paths.tool(joints), tuple(joints.tolist()))
+        return self.motors.gearing.angles(np.rint(np.array(position)))
 
     def misfits(self, settings: Mapping[int, float]) -> list[Misfit]:  # noqa: ARG002 - none to have
         """The bridge has no settings: every number comes with its command."""
@@ -66,41 +51,6 @@ class LatchAxes:
     def offset(self, machine: Axes, settings: Mapping[int, float]) -> Axes:  # noqa: ARG002 - always the same
         """None: homing tells the bridge what to count from."""
         return (0.0,) * len(machine)
-
-    def entry(self, position: Axes) -> Program | None:
-        """Along a straight line to the nearest point of the work space."""
-        joints = self.joints(position)
-        tool = np.array(self.paths.tool(joints))
-        inside = np.clip(tool, self.space.lower, self.space.upper)
-        if float(np.abs(inside - tool).max()) < _OUTSIDE:
-            return None
-        return self.program([self.paths.straight(inside, joints)], position)
-
-    def compile(self, group: Sequence[Action], position: Axes, wiring: GripperWiring) -> Program:
-        """Lines for an atomic group, checked before the first byte goes out.
-
-        Raises:
-            MotionError: a path leaves the work space, the reach or a joint's range, or begins elsewhere.
-        """
-        lines, gripper = list[bytes](), list[tuple[int, GripperState]]()
-        joints, here = self.joints(position), np.rint(np.array(position)).astype(np.int64)
-        for action in group:
-            if isinstance(action, SetGripper):
-                state = GripperState.CLOSED if action.closed else GripperState.OPEN
-                lines.append(f"{wiring.line(state)}\n".encode())
-                gripper.append((len(lines), state))
-                lines.append(f"W {round(1000 * action.seconds)}\n".encode())
-                continue
-            path = self.paths.timed(action, joints)
-            more, here = self._blocks(path, here)
-            lines += more
-            joints = path.joints[-1]
-        dwells = (action.seconds for action in group if isinstance(action, SetGripper))
-        return Program((*lines, _BARRIER), tuple(map(float, here)), tuple(gripper), max(dwells, default=0.0))
-
-    def retract(self, position: Axes) -> Program:
-        """Straight up to the top of the work space, or as far as the arm reaches."""
-        return self.program([self.paths.retract(self.joints(position))], position)
 
     def jog(self, position: Axes) -> JogWay:
         """Along straight lines of the tool point."""
@@ -125,15 +75,16 @@ class LatchAxes:
         way = float(motors.motor_towards[joint]) * np.sign(float(motors.arm.steps_per_rad[joint]))
         return self.home_count(joint) + int(way) * round(PULL_OFF * float(motors.steps_per_degree[joint]))
 
-    def program(self, paths: Sequence[TimedPath], position: Axes) -> Program:
-        """Blocks for paths that follow each other."""
-        lines, here = list[bytes](), np.rint(np.array(position)).astype(np.int64)
-        for path in paths:
-            more, here = self._blocks(path, here)
-            lines += more
-        return Program((*lines, _BARRIER), tuple(map(float, here)))
+    def _begun(self, position: Axes) -> tuple[list[bytes], Array]:
+        return [], np.rint(np.array(position)).astype(np.int64)
 
-    def _blocks(self, path: TimedPath, here: Array) -> tuple[list[bytes], Array]:
+    def _wait(self, seconds: float) -> bytes:
+        return f"W {round(1000 * seconds)}\n".encode()
+
+    def _ended(self, lines: Sequence[bytes], end: Array, gripper: Grips = (), dwell: float = 0.0) -> Program:
+        return Program((*lines, _BARRIER), tuple(map(float, end)), gripper, dwell)
+
+    def _along(self, path: TimedPath, here: Array) -> tuple[list[bytes], Array]:
         """A block for each piece of a path; what is rounded off one is made up for in the next."""
         counts = self.motors.gearing.steps(path.joints)
         marks = np.rint(1000 * path.times).astype(np.int64)
@@ -182,6 +133,3 @@ class LatchJog:
         counts = self._gearing.steps(self._path.joints)
         steps, self._counts = counts - self._counts, counts
         return block("J", max(round(1000 * took), 1), steps), took
-
-
-_OUTSIDE = 0.5  # mm
