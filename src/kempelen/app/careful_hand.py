@@ -7,12 +7,12 @@ import chess
 import numpy as np
 
 from kempelen.app.kept_arm import KeptArm
-from kempelen.app.timed_hand import TableHand
+from kempelen.app.other_hand import OtherHand, TableHand
 from kempelen.core.errors import ReachError
 from kempelen.core.geometry import Array
 from kempelen.core.pieces import PieceShape
 from kempelen.core.places import Layout, Place, Transfer
-from kempelen.core.protocols import Checkpoint, OnCheckpoint, RobotState, TransferReport
+from kempelen.core.protocols import Checkpoint, OnCheckpoint, TransferReport
 from kempelen.core.table import Gripper, Table
 from kempelen.kinematics import JointErrors, least_tilt
 from kempelen.kinematics.drift import SIDE_LEFT, aside
@@ -64,7 +64,7 @@ class Grasp(NamedTuple):
     scatter: float
 
 
-class CarefulHand:
+class CarefulHand(OtherHand):
     """Drives another hand; implements `kempelen.core.protocols.Hand`.
 
     Args:
@@ -77,33 +77,11 @@ class CarefulHand:
     """
 
     def __init__(self, hand: TableHand, arm: KeptArm) -> None:
-        self._hand = hand
+        super().__init__(hand)
         self._arm = arm
         self.rehomings = 0
         self.released: dict[Place, Array] = {}
         self._set_down: dict[Place, SetDown] = {}
-
-    @property
-    def state(self) -> RobotState:
-        """The robot's latest snapshot."""
-        return self._hand.state
-
-    @property
-    def table(self) -> Table:
-        """Where everything is."""
-        return self._hand.table
-
-    @table.setter
-    def table(self, table: Table) -> None:
-        self._hand.table = table
-
-    def seconds_left(self, pace: float = 1.0) -> float | None:
-        """As the hand has it."""
-        return self._hand.seconds_left(pace)
-
-    async def prepare(self) -> None:
-        """As `Hand.prepare`."""
-        await self._hand.prepare()
 
     async def carry(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> TransferReport:
         """As `Hand.carry`; the arm is homed first when it cannot be sure of the grasp or the landing."""
@@ -120,10 +98,6 @@ class CarefulHand:
 
         return await self._hand.carry(transfer, standing, noted)
 
-    async def finish_held(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> None:
-        """As `Hand.finish_held`."""
-        await self._hand.finish_held(transfer, standing, checkpoint)
-
     async def park(self, standing: Layout) -> None:
         """As `Hand.park`; if the arm must be homed soon, then now, out of the way, while somebody thinks."""
         await self._hand.park(standing)
@@ -133,18 +107,6 @@ class CarefulHand:
         if self._drifted and at_risk > _LIKELY * len(grasps):
             await self._home()
             await self._hand.park(standing)  # homing ends where the arm may hide the board
-
-    async def hold(self) -> None:
-        """As `Hand.hold`."""
-        await self._hand.hold()
-
-    async def resume(self) -> None:
-        """As `Hand.resume`."""
-        await self._hand.resume()
-
-    async def stop(self) -> None:
-        """As `Hand.stop`."""
-        await self._hand.stop()
 
     # --- the budget -----------------------------------------------------------------------------------------
 

@@ -16,7 +16,8 @@ from kempelen.app.config import NODE_PORT, Config
 from kempelen.app.fitting import require_table
 from kempelen.app.kept_arm import KeptArm
 from kempelen.app.network import link_of, table_name
-from kempelen.app.timed_hand import TableHand, TimedHand
+from kempelen.app.other_hand import TableHand
+from kempelen.app.timed_hand import TimedHand
 from kempelen.core.errors import ConfigError
 from kempelen.core.places import Layout
 from kempelen.core.protocols import Robot

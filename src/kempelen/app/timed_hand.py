@@ -1,35 +1,14 @@
 """The hand, timed on the clock of the world that it works in."""
 
 from dataclasses import replace
-from typing import Protocol
 
+from kempelen.app.other_hand import OtherHand, TableHand
 from kempelen.core.places import Layout, Transfer
-from kempelen.core.protocols import (
-    Checkpoint,
-    Hand,
-    OnCheckpoint,
-    RobotState,
-    TransferReport,
-)
-from kempelen.core.table import Table
+from kempelen.core.protocols import Checkpoint, OnCheckpoint, TransferReport
 from kempelen.twin.client import Door
 
 
-class TableHand(Hand, Protocol):
-    """A hand at a table, as the drivers' packages have it.
-
-    Attributes:
-        table: Where everything is; may be replaced between transfers.
-    """
-
-    table: Table
-
-    def seconds_left(self, pace: float = 1.0) -> float | None:
-        """Until the group of motions at hand should end, s; None when nothing is being driven."""
-        ...
-
-
-class TimedHand:
+class TimedHand(OtherHand):
     """A hand that measures on the twin's clock, which runs at another pace than the wall's.
 
     Args:
@@ -39,30 +18,8 @@ class TimedHand:
     """
 
     def __init__(self, hand: TableHand, control: Door | None = None) -> None:
-        self._hand = hand
+        super().__init__(hand)
         self.control = control
-
-    @property
-    def state(self) -> RobotState:
-        """The robot's latest snapshot."""
-        return self._hand.state
-
-    @property
-    def table(self) -> Table:
-        """Where everything is."""
-        return self._hand.table
-
-    @table.setter
-    def table(self, table: Table) -> None:
-        self._hand.table = table
-
-    def seconds_left(self, pace: float = 1.0) -> float | None:
-        """As the hand has it."""
-        return self._hand.seconds_left(pace)
-
-    async def prepare(self) -> None:
-        """As `Hand.prepare`."""
-        await self._hand.prepare()
 
     async def carry(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> TransferReport:
         """As `Hand.carry`; the report's times are the robot's own."""
@@ -81,23 +38,3 @@ class TimedHand:
             seconds=released - times[Checkpoint.GRIPPING],
             carry=released - times[Checkpoint.CARRYING],
         )
-
-    async def finish_held(self, transfer: Transfer, standing: Layout, checkpoint: OnCheckpoint) -> None:
-        """As `Hand.finish_held`."""
-        await self._hand.finish_held(transfer, standing, checkpoint)
-
-    async def park(self, standing: Layout) -> None:
-        """As `Hand.park`."""
-        await self._hand.park(standing)
-
-    async def hold(self) -> None:
-        """As `Hand.hold`."""
-        await self._hand.hold()
-
-    async def resume(self) -> None:
-        """As `Hand.resume`."""
-        await self._hand.resume()
-
-    async def stop(self) -> None:
-        """As `Hand.stop`."""
-        await self._hand.stop()

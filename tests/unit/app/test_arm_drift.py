@@ -9,7 +9,7 @@ import pytest
 
 from kempelen.app.careful_hand import CarefulHand, tolerance
 from kempelen.app.kept_arm import KeptArm
-from kempelen.app.timed_hand import TableHand
+from kempelen.app.other_hand import TableHand
 from kempelen.core.arm_table import arm_table
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.protocols import (
