@@ -17,13 +17,12 @@ from typing import Any
 import chess
 
 from kempelen.app.cast import GameRequest
-from kempelen.app.config import Config, load_config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.measure import Measurements
 from kempelen.app.report import GameReport
 from kempelen.bench.result import BenchResult, Progress, short_title
 from kempelen.bench.special_games import special_game
-from kempelen.bench.twin import Totals, bench_games, nobody, play_score, row_of
+from kempelen.bench.twin import Totals, bench_games, nobody, play_score, row_of, twin_config
 from kempelen.core import events
 from kempelen.core.errors import KempelenError
 from kempelen.game.modes import Mode
@@ -192,21 +191,10 @@ async def play(
         until_failure: End it as soon as a piece is not where it belongs.
     """
     with tempfile.TemporaryDirectory(prefix="kempelen-bench-") as folder:
-        config = _config(folder, seed, overrides)
+        config = twin_config(folder, seed, overrides)
         request = GameRequest(Mode.REPLAY, score.start_fen, score=score)
         async with LiveGame(config, request, nobody) as game:
             return await _played(game, until_failure=until_failure)
-
-
-def _config(folder: str, seed: int, overrides: Mapping[str, object]) -> Config:
-    usual = {
-        "data.dir": folder,
-        "twin.speed": "max",
-        "twin.seed": seed,
-        "robot.port": "twin",
-        "sensor.kind": "none",
-    }
-    return load_config(None, {**usual, **overrides})
 
 
 async def _played(game: LiveGame, *, until_failure: bool) -> _Outcome:

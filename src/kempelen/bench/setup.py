@@ -20,18 +20,18 @@ import chess
 import numpy as np
 
 from kempelen.app.cast import GameRequest
-from kempelen.app.config import Config, load_config
+from kempelen.app.config import Config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.report import GameReport
 from kempelen.app.standing import LAST, setup_request
 from kempelen.bench.motion import random_position
 from kempelen.bench.result import BenchResult, Progress, short_title
-from kempelen.bench.twin import bench_games, nobody
-from kempelen.core.places import Layout
+from kempelen.bench.twin import bench_games, nobody, twin_config
+from kempelen.core.places import Layout, Place
 from kempelen.core.table import FULL_SET, Table, start_layout
 from kempelen.game.modes import Mode
 from kempelen.game.pgn import GameScore
-from kempelen.motion.setting_up import plan_setting_up
+from kempelen.motion.setting_up import Differences, plan_setting_up
 
 PAIRS = 1000
 RESETS = 10
@@ -143,14 +143,13 @@ def _random_travel(
 def _random_pairs(
     table: Table, standing: Layout, wanted: dict[chess.Square, chess.Piece], rng: random.Random
 ) -> list[tuple[Any, Any]]:
-    board = standing.board_part()
-    squares = dict(zip(chess.SQUARES, table.places, strict=False))
+    differences = Differences.between(standing, wanted)
     free = [table.centre(slot)[:2] for slot in table.slots if slot not in standing]
     ways: list[tuple[Any, Any]] = []
     for piece in {*standing.values()}:
-        wrong = [squares[s] for s, held in board.items() if held == piece and wanted.get(s) != piece]
+        wrong = [Place.at(s) for s, held in differences.wrong.items() if held == piece]
         trays = [place for place, held in standing.items() if held == piece and not place.is_square]
-        targets = [squares[s] for s, meant in wanted.items() if meant == piece and board.get(s) != piece]
+        targets = [Place.at(s) for s, meant in differences.unfilled.items() if meant == piece]
         for pool in (wrong, trays, targets):
             rng.shuffle(pool)
         sources = wrong + trays[: max(len(targets) - len(wrong), 0)]
@@ -166,16 +165,7 @@ def _random_pairs(
 async def _reset_after(score: GameScore, seed: int) -> GameReport:
     """Play a game, then have the robot set up the board again; the report of that."""
     with tempfile.TemporaryDirectory(prefix="kempelen-bench-") as folder:
-        config = load_config(
-            None,
-            {
-                "data.dir": folder,
-                "twin.speed": "max",
-                "twin.seed": seed,
-                "robot.port": "twin",
-                "sensor.kind": "none",
-            },
-        )
+        config = twin_config(folder, seed)
         await _played(config, GameRequest(Mode.REPLAY, score.start_fen, score=score))
         return await _played(config, setup_request(config, chess.STARTING_FEN, LAST))
 

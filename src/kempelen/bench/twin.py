@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from kempelen.app.cast import GameRequest
-from kempelen.app.config import load_config
+from kempelen.app.config import Config, load_config
 from kempelen.app.live_game import LiveGame
 from kempelen.app.measure import Measurements
 from kempelen.app.people import Question
@@ -116,19 +116,27 @@ async def play_score(
         overrides: Of the configuration, beside that.
     """
     with tempfile.TemporaryDirectory(prefix="kempelen-bench-") as folder:
-        config = load_config(
-            None,
-            {
-                "data.dir": folder,
-                "twin.speed": "max",
-                "twin.seed": seed,
-                "robot.port": "twin",
-                "sensor.kind": "none",
-                **(overrides or {}),
-            },
-        )
+        config = twin_config(folder, seed, overrides)
         async with LiveGame(config, GameRequest(Mode.REPLAY, score.start_fen, score=score), nobody) as game:
             return await game.play(), game.measurements
+
+
+def twin_config(folder: str, seed: int, overrides: Mapping[str, object] | None = None) -> Config:
+    """A twin as fast as it can, without eyes.
+
+    Args:
+        folder: For its journal.
+        seed: Of how the pieces stand.
+        overrides: Of the configuration, beside that.
+    """
+    usual = {
+        "data.dir": folder,
+        "twin.speed": "max",
+        "twin.seed": seed,
+        "robot.port": "twin",
+        "sensor.kind": "none",
+    }
+    return load_config(None, {**usual, **(overrides or {})})
 
 
 async def nobody(question: Question) -> str:
