@@ -10,7 +10,7 @@ import chess
 from kempelen.core.errors import ConfigError, EngineError
 from kempelen.core.protocols import EngineChoice, OnThinking
 from kempelen.engines import ray_link
-from kempelen.engines.program import Habits, check_seconds
+from kempelen.engines.program import Habits
 from kempelen.engines.voter import Voter
 from kempelen.engines.voting import Effort, Vote, elected, thinking_of
 from kempelen.engines.wire import OptionValue
@@ -91,12 +91,7 @@ class ClusterEngine:
             EngineError: There is no legal move to choose, or no voter answered in all attempts.
             ConfigError: ``seconds`` is out of range.
         """
-        if not any(board.legal_moves):
-            raise EngineError(
-                f"There is no legal move in {board.fen()}: the game is over.", hint="Start another game."
-            )
-        limit = self._habits.seconds if seconds is None else seconds
-        check_seconds(limit)
+        limit = self._habits.seconds_for(board, seconds)
         faults: list[str] = []
         for _ in range(self._habits.patience.restarts + 1):
             ballot = _Ballot(board, on_thinking)

@@ -51,15 +51,30 @@ class Habits:
     book: str = ""
 
     def __post_init__(self) -> None:
-        check_seconds(self.seconds)
+        _check_seconds(self.seconds)
         if self.threads < 1 or self.hash_mb < 1:
             raise ConfigError(
                 f"An engine needs at least 1 thread and 1 MB, not {self.threads} and {self.hash_mb}.",
                 hint="The defaults are 1 thread and 64 MB.",
             )
 
+    def seconds_for(self, board: chess.Board, wanted: float | None) -> float:
+        """The time for a move at ``board``: as wanted, or the usual one, s.
 
-def check_seconds(seconds: float) -> None:
+        Raises:
+            EngineError: There is no legal move to choose.
+            ConfigError: ``wanted`` is out of range.
+        """
+        if not any(board.legal_moves):
+            raise EngineError(
+                f"There is no legal move in {board.fen()}: the game is over.", hint="Start another game."
+            )
+        seconds = self.seconds if wanted is None else wanted
+        _check_seconds(seconds)
+        return seconds
+
+
+def _check_seconds(seconds: float) -> None:
     """Refuse a time per move that is out of range.
 
     Raises:
@@ -149,12 +164,7 @@ class ProgramEngine:
             EngineError: There is no legal move to choose, or the engine named none in all its attempts.
             ConfigError: ``seconds`` is out of range.
         """
-        if not any(board.legal_moves):
-            raise EngineError(
-                f"There is no legal move in {board.fen()}: the game is over.", hint="Start another game."
-            )
-        limit = self._habits.seconds if seconds is None else seconds
-        check_seconds(limit)
+        limit = self._habits.seconds_for(board, seconds)
         findings = await self._search(board, limit, on_thinking)
         if findings.resigns:
             return EngineChoice(chess.Move.null(), findings.lines.get(1, Thinking()), resigns=True)
