@@ -52,13 +52,6 @@ async def shows(stage: Stage, *squares: str) -> None:
             pass
 
 
-async def a_move_is_wanted(stage: Stage) -> None:
-    """What the robot has done, if anything, has been felt to stand."""
-    person = stage.live.cast.person
-    while not person.to_move:
-        await person.wanted.wait()
-
-
 async def ends_well(stage: Stage) -> None:
     await stage.arbiter.resign(chess.WHITE)
     report = await stage.report()
@@ -85,7 +78,7 @@ async def test_only_the_order_tells_which_of_two_was_taken(tmp_path: Path) -> No
     """Both pawns' squares stay occupied; the hand touches nothing but the queen's victim, and slides home."""
     async with felt(tmp_path, TWO_VICTIMS) as stage:
         stage.play()
-        await a_move_is_wanted(stage)
+        await stage.wanted()
         await taken_off(stage, "h5")
         await by_hand(stage, "d1", "h5", slide=True)
         await stage.cue("1. Qxh5 by hand")
@@ -105,7 +98,7 @@ async def test_what_stands_wrong_is_told_and_lit_and_waited_for(tmp_path: Path) 
         assert not stage.live.board.move_stack
         await by_hand(stage, "e3", "e2")
         await stage.cue("1. ")
-        await a_move_is_wanted(stage)
+        await stage.wanted()
         await by_hand(stage, "b8", "b5")
         await stage.cue("That is no legal move: the knight cannot go from b8 to b5")
         await shows(stage, "b5", "b8")
@@ -122,12 +115,12 @@ async def test_damaged_bytes_and_a_stuck_switch(tmp_path: Path) -> None:
     """Lines are lost and asked for again; the switch of e2 does not open, which is asked once and named."""
     async with felt(tmp_path) as stage:
         stage.play()
-        await a_move_is_wanted(stage)
+        await stage.wanted()
         await stage.control.ask("reed", damage=0.002, loss=0.02)
         await stage.type("d4")
         await stage.cue("1. d4 by hand")
         await stage.cue("1... ")
-        await a_move_is_wanted(stage)
+        await stage.wanted()
         await stage.control.ask("reed", stuck_closed=["e2"])
         await stage.type("e3")
         await stage.cue("2. e3")
@@ -148,7 +141,7 @@ async def test_camera_and_reed_board_together_and_each_alone(tmp_path: Path) -> 
         await stage.type("e4")
         await stage.cue("1. e4 by hand")
         await stage.cue("1... ")
-        await a_move_is_wanted(stage)
+        await stage.wanted()
         await stage.control.ask("reed", unplug=True)
         await stage.cue("The reed board is left out")
         await stage.type("d4")

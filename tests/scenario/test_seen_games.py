@@ -36,13 +36,6 @@ def seen(folder: Path, fen: str = chess.STARTING_FEN) -> Stage:
     return Stage(folder, GameRequest(Mode.PLAY, fen), sensor__kind="camera", play__hands="person")
 
 
-async def until_a_move_is_wanted(stage: Stage) -> None:
-    """The robot's move has been seen to stand."""
-    person = stage.live.cast.person
-    while not person.to_move:
-        await person.wanted.wait()
-
-
 async def test_captures_and_castling_are_read_off_the_board(tmp_path: Path) -> None:
     """What is typed is made by hand; the program knows of it by seeing it alone."""
     async with seen(tmp_path, FORCED) as stage:
@@ -76,7 +69,7 @@ async def test_a_hand_that_moves_without_a_word(tmp_path: Path) -> None:
         await person.play(stage.live.board.copy(), chess.Move.from_uci("e2e4"))
         await stage.cue("1. e4 by hand")
         reply = await stage.cue("1... ")
-        await until_a_move_is_wanted(stage)
+        await stage.wanted()
         taken_back = stage.live.board.copy()
         move = taken_back.pop()
         x, y = stage.live.session.table.centre(Place.at(move.to_square))[:2].tolist()
@@ -172,7 +165,7 @@ async def test_a_board_elsewhere_than_it_was_touched_is_measured_by_camera_alone
         await stage.type("e4")
         await stage.cue("1. e4 by hand")
         await stage.cue("1... ")
-        await until_a_move_is_wanted(stage)
+        await stage.wanted()
         await stage.arbiter.resign(chess.WHITE)
         report = await stage.report()
         assert await stage.wrong() == []

@@ -139,10 +139,14 @@ class Stage:
 
     async def type(self, text: str) -> None:
         """Type a person's move as soon as one is wanted."""
+        await self.wanted()
+        self.live.cast.person.submit(text)
+
+    async def wanted(self) -> None:
+        """Until a person's move is wanted: what the robot has done has been seen, or felt, to stand."""
         person = self.live.cast.person
         while not person.to_move:
             await person.wanted.wait()
-        person.submit(text)
 
     async def truth(self) -> Mapping[str, Any]:
         """Where everything really is, now."""

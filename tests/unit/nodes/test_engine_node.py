@@ -81,6 +81,13 @@ class Room:
     async def link(self) -> LocalLink:
         return await self._stack.enter_async_context(self.net.join())
 
+    async def thinking(self, remote: RemoteEngine) -> asyncio.Task[EngineChoice]:
+        """Its choice of the first move, for which the engine thinks until it may go."""
+        self.engine.go.clear()
+        choosing = asyncio.create_task(remote.choose(chess.Board()))
+        await until(lambda: bool(self.engine.boards))
+        return choosing
+
 
 @asynccontextmanager
 async def room(weather: Weather | None = None) -> AsyncIterator[Room]:
@@ -136,9 +143,7 @@ async def test_a_cut_link_is_waited_out() -> None:
     async with room() as made:
         await made.open()
         remote = await made.remote()
-        made.engine.go.clear()
-        choosing = asyncio.create_task(remote.choose(chess.Board()))
-        await until(lambda: bool(made.engine.boards))
+        choosing = await made.thinking(remote)
         made.net.weather.cut = True
         made.engine.go.set()
         await until(lambda: not made.node.searching)
@@ -151,9 +156,7 @@ async def test_a_node_that_was_started_again_is_asked_anew() -> None:
     async with room() as made:
         first = await made.open()
         remote = await made.remote()
-        made.engine.go.clear()
-        choosing = asyncio.create_task(remote.choose(chess.Board()))
-        await until(lambda: bool(made.engine.boards))
+        choosing = await made.thinking(remote)
         await first.aclose()
         made.engine.go.set()
         await made.open()
@@ -165,9 +168,7 @@ async def test_a_lost_node_is_an_engine_error_with_the_way_on() -> None:
     async with room() as made:
         await made.open()
         remote = await made.remote()
-        made.engine.go.clear()
-        choosing = asyncio.create_task(remote.choose(chess.Board()))
-        await until(lambda: bool(made.engine.boards))
+        choosing = await made.thinking(remote)
         made.net.weather.cut = True
         with pytest.raises(EngineError, match="engine node deep has named no move") as raised:
             await choosing
@@ -179,9 +180,7 @@ async def test_a_search_that_is_not_wanted_any_more_ends_at_the_node() -> None:
     async with room() as made:
         await made.open()
         remote = await made.remote()
-        made.engine.go.clear()
-        choosing = asyncio.create_task(remote.choose(chess.Board()))
-        await until(lambda: bool(made.engine.boards))
+        choosing = await made.thinking(remote)
         choosing.cancel()
         await asyncio.gather(choosing, return_exceptions=True)
         await until(lambda: made.engine.given_up == 1)
@@ -193,9 +192,7 @@ async def test_a_search_that_nobody_asks_after_is_given_up(monkeypatch: pytest.M
     async with room() as made:
         await made.open()
         remote = await made.remote()
-        made.engine.go.clear()
-        choosing = asyncio.create_task(remote.choose(chess.Board()))
-        await until(lambda: bool(made.engine.boards))
+        choosing = await made.thinking(remote)
         made.net.weather.cut = True
         await until(lambda: made.engine.given_up == 1)
         made.net.weather.cut = False
