@@ -70,15 +70,6 @@ def check_fit(table: Table, carry_clearance: float = CARRY_CLEARANCE) -> list[Fi
     return [*_lift(table, carry_clearance), *(finding for check in _CHECKS for finding in check(table))]
 
 
-def require_fit(table: Table, carry_clearance: float = CARRY_CLEARANCE) -> None:
-    """Refuse a table on which something does not fit; arguments as for `check_fit`.
-
-    Raises:
-        FitError: with all the findings.
-    """
-    refuse(check_fit(table, carry_clearance))
-
-
 def refuse(findings: Sequence[Finding]) -> None:
     """Refuse a table of which there are findings.
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kempelen.core.errors import FitError
-from kempelen.core.fit import DRIVING, OFF_CENTRE, PIECES_OFF_BOARD, Finding, check_fit, require_fit
+from kempelen.core.fit import DRIVING, OFF_CENTRE, PIECES_OFF_BOARD, Finding, check_fit, refuse
 from kempelen.core.geometry import Transform
 from kempelen.core.pieces import KINDS, PRESETS, PieceSet
 from kempelen.core.places import Place
@@ -56,7 +56,7 @@ def club(kind: chess.PieceType, **changes: float) -> PieceSet:
 
 def test_the_default_table_fits() -> None:
     assert check_fit(Table()) == []
-    require_fit(Table())
+    refuse(check_fit(Table()))
 
 
 def test_the_thesis_set_fits_the_default_table() -> None:
@@ -256,12 +256,12 @@ def test_a_raised_tray_brings_heads_nearer_to_the_palm() -> None:
 
 def test_all_misfits_are_told_at_once() -> None:
     with pytest.raises(FitError) as caught:
-        require_fit(table_with(gripper=hand(finger_length=70.0, below_tool=30.0)))
+        refuse(check_fit(table_with(gripper=hand(finger_length=70.0, below_tool=30.0))))
     lines = caught.value.message.splitlines()
     assert lines[0] == "2 things do not fit on the table:"
     assert [line[:10] for line in lines[1:]] == ["  - Finger", "  - Palm: "]
     with pytest.raises(FitError, match="One thing does not fit"):
-        require_fit(table_with(gripper=hand(below_tool=30.0)))
+        refuse(check_fit(table_with(gripper=hand(below_tool=30.0))))
 
 
 @given(shrink=st.floats(0.0, 20.0))

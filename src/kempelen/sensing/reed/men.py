@@ -114,11 +114,6 @@ class Men:
         self._colours = None
 
     @property
-    def likeliest(self) -> Way:
-        """The way of the greatest weight."""
-        return max(self._ways, key=lambda way: self._ways[way])
-
-    @property
     def awaited(self) -> str:
         """Letter and home of a piece off the board, when a move is being made; else empty.
 
