@@ -35,15 +35,22 @@ _GRACE = 2.0  # s: the kernel and joining threads are asynchronous; a leak is wh
 def _children() -> set[str]:
     """This process's children, "pid (name)", zombies that wait to be reaped included."""
     found = set()
-    for process in Path("/proc").iterdir():
-        if process.name.isdigit() and int(process.name) != _lasting_child():
-            try:
-                name, _, rest = (process / "stat").read_text(encoding="utf-8").rpartition(")")
-            except OSError:  # it has just ended
-                continue
-            if int(rest.split()[1]) == os.getpid():
-                found.add(f"{name})")
+    for thread in Path("/proc/self/task").iterdir():
+        try:
+            children = (thread / "children").read_text(encoding="ascii").split()
+        except OSError:  # it has just ended
+            continue
+        for child in children:
+            if int(child) != _lasting_child():
+                found.add(f"{child} {_name(child)}")
     return found
+
+
+def _name(pid: str) -> str:
+    try:
+        return f"({Path('/proc', pid, 'comm').read_text(encoding='utf-8').strip()})"
+    except OSError:  # it has just ended
+        return "(ended)"
 
 
 def _lasting_child() -> int | None:
@@ -53,6 +60,22 @@ def _lasting_child() -> int | None:
 
 def _listening() -> set[str]:
     """Inodes of this process's sockets that listen on TCP, and its terminals."""
+    found, sockets = set(), set()
+    for fd in Path("/proc/self/fd").iterdir():
+        try:
+            target = str(fd.readlink())
+        except OSError:  # the listing's own descriptor
+            continue
+        opened = f"fd {fd.name} -> {target}"
+        if target.startswith("socket:"):
+            sockets.add((target, opened))
+        elif "ptmx" in target or ("/pts/" in target and int(fd.name) > 2):
+            found.add(opened)
+    listening = _listening_sockets() if sockets else set()
+    return found | {opened for target, opened in sockets if target in listening}
+
+
+def _listening_sockets() -> set[str]:
     listening = set()
     for table in ("/proc/self/net/tcp", "/proc/self/net/tcp6"):
         try:
@@ -60,15 +83,7 @@ def _listening() -> set[str]:
         except OSError:
             continue
         listening |= {f"socket:[{row.split()[9]}]" for row in rows if row.split()[3] == "0A"}
-    found = set()
-    for fd in Path("/proc/self/fd").iterdir():
-        try:
-            target = str(fd.readlink())
-        except OSError:  # the listing's own descriptor
-            continue
-        if target in listening or "ptmx" in target or ("/pts/" in target and int(fd.name) > 2):
-            found.add(f"fd {fd.name} -> {target}")
-    return found
+    return listening
 
 
 def _threads() -> set[str]:

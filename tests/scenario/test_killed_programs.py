@@ -81,8 +81,15 @@ def test_killed_together_with_its_twin(tmp_path: Path) -> None:
 
 def test_killed_with_its_twin_before_any_piece_was_touched(tmp_path: Path) -> None:
     """Laying the table a second time for a game that has not begun is no help to anybody."""
-    game = play_killed(tmp_path, REPLAY, iter([Kill("Game 1", 1, 0.0, twin_too=True)]), *FAST)
-    assert_agrees(game)
+    report = tmp_path / "report.json"
+    options = ("--data-dir", str(tmp_path), *FAST, "--report", str(report))
+    with Program("play", "--level", "1", *options, typing=True) as program:
+        assert Kill("Your move, White.", 1, 0.0, twin_too=True).strike(program)
+    with Program("resume", "1", *options, typing=True) as program:
+        assert program.until("Your move, White."), program.errors
+        program.type("resign")
+        assert program.wait() == 0, program.errors
+    assert json.loads(report.read_text())["interventions"] == 0
 
 
 def test_killed_when_the_game_is_over_but_not_put_away(tmp_path: Path) -> None:

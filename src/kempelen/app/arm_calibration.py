@@ -12,7 +12,7 @@ from datetime import datetime
 from io import StringIO
 from math import degrees
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
@@ -22,7 +22,9 @@ from kempelen.core.calibration import Calibration, calibrate
 from kempelen.core.errors import CalibrationError
 from kempelen.core.table import Table
 from kempelen.kinematics import Arm, Link
-from kempelen.kinematics.fit import ArmFit, fit_arm
+
+if TYPE_CHECKING:
+    from kempelen.kinematics.fit import ArmFit
 
 _AGAIN = "Calibrate again: kempelen calibrate --arm"
 
@@ -68,7 +70,7 @@ class _Record(BaseModel):
     residuals: list[FiniteFloat]
 
 
-def fit_touched(arm: Arm, table: Table, touched: Sequence[TouchedPoint]) -> ArmFit:
+def fit_touched(arm: Arm, table: Table, touched: Sequence[TouchedPoint]) -> "ArmFit":
     """The arm, and the board's frame from its base, as the points tell it.
 
     Args:
@@ -79,6 +81,8 @@ def fit_touched(arm: Arm, table: Table, touched: Sequence[TouchedPoint]) -> ArmF
     Raises:
         CalibrationError: they are too few, or all near one line.
     """
+    from kempelen.kinematics.fit import ArmFit, fit_arm  # noqa: PLC0415 - brings an optimizer along; games load arms
+
     fitted = fit_arm(
         _longer(arm, table.gripper.below_tool),
         np.array([one.joints for one in touched]),
@@ -100,7 +104,7 @@ def _longer(arm: Arm, by: float) -> Arm:
     return arm.with_links((*others, last._replace(d=last.d + by)))
 
 
-def board_from(fit: ArmFit, square: float, date: datetime) -> Calibration:
+def board_from(fit: "ArmFit", square: float, date: datetime) -> Calibration:
     """The board's own calibration, as the same points tell it.
 
     Args:
@@ -115,7 +119,7 @@ def board_from(fit: ArmFit, square: float, date: datetime) -> Calibration:
     return calibrate(found, date=date, square=square)
 
 
-def save_arm(path: Path, arm: Arm, fit: ArmFit, date: datetime) -> None:
+def save_arm(path: Path, arm: Arm, fit: "ArmFit", date: datetime) -> None:
     """Keep what was found.
 
     Raises:

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from kempelen.app.calibration_file import save_calibration
 from kempelen.app.config import Config
-from kempelen.app.eyes import GameEyes
 from kempelen.app.fitting import misfits
 from kempelen.app.jogging import Point, fingertips
 from kempelen.app.live_game import LiveGame
@@ -18,6 +17,9 @@ from kempelen.core.errors import CalibrationError, GameError, KempelenError, Not
 from kempelen.core.places import Layout
 from kempelen.core.protocols import GripperState, SetGripper
 from kempelen.core.words import say
+
+if TYPE_CHECKING:
+    from kempelen.app.eyes import GameEyes
 
 V = TypeVar("V")
 
@@ -31,7 +33,7 @@ class Surroundings(Protocol):
         ...
 
     @property
-    def eyes(self) -> GameEyes | None:
+    def eyes(self) -> "GameEyes | None":
         """What looks at the board."""
         ...
 

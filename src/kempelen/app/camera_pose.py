@@ -10,16 +10,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from kempelen.app.eye import Eye
 from kempelen.app.files import replace_file
 from kempelen.core.calibration import CORNERS, Calibration, calibrate
 from kempelen.core.errors import CalibrationError, SensorError
 from kempelen.core.geometry import Transform
+
+if TYPE_CHECKING:
+    from kempelen.app.eye import Eye
 
 VERSION = 1
 LOOKS = 5
@@ -74,7 +76,7 @@ class BoardPose:
     spread: float
 
 
-async def measure_board(eye: Eye, square: float, looks: int = LOOKS) -> BoardPose:
+async def measure_board(eye: "Eye", square: float, looks: int = LOOKS) -> BoardPose:
     """Find the board several times.
 
     Args:

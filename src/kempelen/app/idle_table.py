@@ -4,18 +4,20 @@ import tempfile
 from collections.abc import Callable
 from contextlib import AsyncExitStack
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import chess
 
 from kempelen.app.cameras import twin_camera
 from kempelen.app.config import Config
-from kempelen.app.eyes import GameEyes
 from kempelen.app.table_session import TableSession, calibrated_table
 from kempelen.core import events
 from kempelen.core.errors import CalibrationError, FitError, KempelenError
 from kempelen.core.protocols import RobotPhase
 from kempelen.core.table import start_layout
+
+if TYPE_CHECKING:
+    from kempelen.app.eyes import GameEyes
 
 
 def _nobody(event: events.Event) -> None:
@@ -77,6 +79,8 @@ class IdleTable:
         )
         self.session = await self._stack.enter_async_context(session)
         if self._look:
+            from kempelen.app.eyes import GameEyes  # noqa: PLC0415 - most tables have none
+
             eyes = GameEyes(self._config, self._tell)
             self.eyes = await self._stack.enter_async_context(await eyes.open(session))
             self.eyes.expect(layout)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import AsyncExitStack
 from dataclasses import replace
 from itertools import takewhile
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import chess
 
@@ -14,7 +14,6 @@ from kempelen.app.camera_pose import shift_of
 from kempelen.app.cameras import twin_camera
 from kempelen.app.cast import Cast, EngineWish, GameRequest, score_of
 from kempelen.app.config import Config
-from kempelen.app.eyes import GameEyes
 from kempelen.app.measure import MeasuredPlayer, Measurements
 from kempelen.app.paths import journal_path, pgn_path, twin_state_path
 from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
@@ -45,6 +44,9 @@ from kempelen.game.players import PersonPlayer
 from kempelen.game.records import HandEmpty, Helped, Purpose
 from kempelen.game.state import GameState
 from kempelen.twin.keeping import StateLock
+
+if TYPE_CHECKING:
+    from kempelen.app.eyes import GameEyes
 
 
 class LiveGame:
@@ -77,13 +79,20 @@ class LiveGame:
         self._started = time.monotonic()
         self._ended = False
         self._bus: EventBus | None = None
-        self.eyes = GameEyes(config, self._tell) if config.has_eyes else None
+        self.eyes = self._opened_eyes()
         self.cast = Cast(config, self._stack, wish, self._watched_person())
 
     def _tell(self, event: Event) -> None:
         """To whoever watches the game, once there is one."""
         if self._bus is not None:
             self._bus.emit(event)
+
+    def _opened_eyes(self) -> "GameEyes | None":
+        if not self._config.has_eyes:
+            return None
+        from kempelen.app.eyes import GameEyes  # noqa: PLC0415 - most games have none, and begin sooner so
+
+        return GameEyes(self._config, self._tell)
 
     def _watched_person(self) -> PersonPlayer | None:
         """One whose moves are seen."""
@@ -311,7 +320,7 @@ class LiveGame:
 
     # --- eyes -----------------------------------------------------------------------------------------------
 
-    def require_eyes(self) -> GameEyes:
+    def require_eyes(self) -> "GameEyes":
         """The game's eyes.
 
         Raises:
@@ -341,7 +350,7 @@ class LiveGame:
                 await self.arbiter.resume()
         return said
 
-    async def _measure_again(self, eyes: GameEyes) -> str:
+    async def _measure_again(self, eyes: "GameEyes") -> str:
         before = self.session.table
         calibration = await board_by_camera(self._config, eyes, before)
         await self.use_calibration(calibration)

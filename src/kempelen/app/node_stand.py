@@ -7,7 +7,6 @@ import chess
 
 from kempelen.app.cameras import twin_camera
 from kempelen.app.config import NODE_PORT, Config
-from kempelen.app.eyes import TwinFrames
 from kempelen.app.minds import engine_of
 from kempelen.app.network import link_of, table_name
 from kempelen.app.node_devices import EyeBeside, offer, open_line, require_alone
@@ -83,6 +82,8 @@ class RobotStand:
             board = await offer(link, self._table, "board", lambda: open_line(reed))
             await self._stack.enter_async_context(board)
         if with_camera:
+            from kempelen.app.eyes import TwinFrames  # noqa: PLC0415 - only where a camera is offered
+
             frames = TwinFrames(twin.ring)
             camera = await offer(link, self._table, "camera", lambda: EyeBeside(frames).open())
             await self._stack.enter_async_context(camera)

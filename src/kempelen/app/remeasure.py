@@ -1,8 +1,9 @@
 """Measuring a board again that has been measured before: by the camera, and what has to fit on it."""
 
+from typing import TYPE_CHECKING
+
 from kempelen.app.camera_pose import as_calibration, bumped, load_camera_pose
 from kempelen.app.config import Config
-from kempelen.app.eyes import GameEyes
 from kempelen.app.fitting import require_table
 from kempelen.core.calibration import Calibration
 from kempelen.core.errors import GameError
@@ -10,8 +11,11 @@ from kempelen.core.geometry import Transform
 from kempelen.core.table import Table
 from kempelen.core.words import say
 
+if TYPE_CHECKING:
+    from kempelen.app.eyes import GameEyes
 
-async def board_by_camera(config: Config, eyes: GameEyes, before: Table) -> Calibration:
+
+async def board_by_camera(config: Config, eyes: "GameEyes", before: Table) -> Calibration:
     """Where the board is now, by the camera alone.
 
     Args:

@@ -2,10 +2,10 @@
 
 from contextlib import suppress
 from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
 from kempelen.app.config import Config
 from kempelen.app.config_change import changed
-from kempelen.app.eyes import GameEyes
 from kempelen.app.paths import recording_path
 from kempelen.app.recorder import Recorder, Tape
 from kempelen.app.station_robot import StationRobot
@@ -14,6 +14,9 @@ from kempelen.core.errors import ConfigError, GameError, KempelenError
 from kempelen.core.words import say
 from kempelen.frames.attached import AttachedCamera
 from kempelen.frames.recording import RecordingWriter
+
+if TYPE_CHECKING:
+    from kempelen.app.eyes import GameEyes
 
 _ATTACH_S = 5.0
 
@@ -35,7 +38,7 @@ class StationEyes(StationRobot):
         """Name of what is being recorded to; empty for none."""
         return self._tape.name if self._tape is not None and self._tape.running else ""
 
-    def _eyes(self) -> GameEyes:
+    def _eyes(self) -> "GameEyes":
         if self.eyes is None:
             raise GameError(
                 say("no_eyes", "Nothing looks at the board."),

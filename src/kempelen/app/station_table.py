@@ -4,13 +4,12 @@ import asyncio
 import logging
 from collections.abc import Callable, Coroutine, Mapping
 from contextlib import suppress
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import chess
 
 from kempelen.app.config import TWIN_PORT, Config
 from kempelen.app.config_change import changed, for_robot
-from kempelen.app.eyes import GameEyes
 from kempelen.app.game_run import GameRun
 from kempelen.app.idle_table import IdleTable
 from kempelen.app.jogging import JogDesk
@@ -33,6 +32,9 @@ from kempelen.core.table import start_layout
 from kempelen.core.words import joined, say
 from kempelen.game.observers import EventBus
 from kempelen.twin.client import Door
+
+if TYPE_CHECKING:
+    from kempelen.app.eyes import GameEyes
 
 _log = logging.getLogger(__name__)
 
@@ -116,7 +118,7 @@ class StationTable:
         return self._idle.session if self._idle is not None else None
 
     @property
-    def eyes(self) -> GameEyes | None:
+    def eyes(self) -> "GameEyes | None":
         """What looks at the board; None for nothing."""
         if self._run is not None:
             return self._run.live.eyes

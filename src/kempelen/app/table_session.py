@@ -25,7 +25,6 @@ from kempelen.core.table import Table
 from kempelen.nodes.door import RemoteDoor
 from kempelen.nodes.messages import key_of
 from kempelen.nodes.remote_robot import RemoteRobot
-from kempelen.robots.arm_hand import ArmHand
 from kempelen.robots.hand import CartesianHand
 from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.client import Door, TwinControl, TwinProcess
@@ -158,6 +157,8 @@ class TableSession:
         planner, setup = self._config.planner, arm_setup(self._config)
         if setup is None:
             return CartesianHand(self.robot, self.table, planner=planner.name, clearances=planner.clearances)
+        from kempelen.robots.arm_hand import ArmHand  # noqa: PLC0415 - an arm's planning is nothing to a gantry
+
         arm = calibrated_arm(self._config.arm_calibration_path, setup.arm)
         if not setup.drift_budget:
             return ArmHand(self.robot, self.table, arm, clearances=planner.clearances)

@@ -1,15 +1,19 @@
 """A camera touch-up: pieces seen where an arm has set them down mend the account of its drift."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kempelen.app.careful_hand import CarefulHand
-from kempelen.app.eyes import GameEyes
 from kempelen.app.table_session import TableSession
 from kempelen.core.events import Event, MoveCommitted
 from kempelen.core.geometry import Array
 from kempelen.core.places import Place
 from kempelen.core.senses import Observation
 from kempelen.core.table import Table
+
+if TYPE_CHECKING:
+    from kempelen.app.eyes import GameEyes
 
 
 class TouchUp:
@@ -20,7 +24,7 @@ class TouchUp:
         eyes: That look at it.
     """
 
-    def __init__(self, session: TableSession, eyes: GameEyes) -> None:
+    def __init__(self, session: TableSession, eyes: "GameEyes") -> None:
         self._session = session
         self._eyes = eyes
 

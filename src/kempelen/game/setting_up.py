@@ -1,13 +1,16 @@
 """The robot sets up the position that a game begins with, from wherever the pieces stand."""
 
 from collections import Counter
+from typing import TYPE_CHECKING
 
 import chess
 
 from kempelen.core.places import Layout, Place, Transfer
 from kempelen.core.table import Table
 from kempelen.game.transfers import Crowded, Missing, Request
-from kempelen.motion.setting_up import Differences, plan_setting_up
+
+if TYPE_CHECKING:
+    from kempelen.motion.setting_up import Differences
 
 
 def setting_up_transfers(board: chess.Board, layout: Layout, table: Table) -> tuple[Transfer, ...] | Request:
@@ -21,6 +24,8 @@ def setting_up_transfers(board: chess.Board, layout: Layout, table: Table) -> tu
     Returns:
         The transfers, or what the operator has to do first; with that done, ask again with the new layout.
     """
+    from kempelen.motion.setting_up import Differences, plan_setting_up  # noqa: PLC0415 - brings an optimizer along
+
     wanted = board.piece_map()
     differences = Differences.between(layout, wanted)
     if lacking := differences.lacking(layout):
@@ -39,7 +44,7 @@ def _free_place(
     return next(place for place in (*belongs, *table.slots, *squares) if place not in layout)
 
 
-def _crowded(layout: Layout, differences: Differences) -> Crowded:
+def _crowded(layout: Layout, differences: "Differences") -> Crowded:
     """A piece that nobody needs: one of those that have to leave the board."""
     surplus = Counter(differences.wrong.values()) - Counter(differences.unfilled.values())
     square = next(square for square, piece in sorted(differences.wrong.items()) if surplus[piece])

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -12,7 +13,9 @@ from kempelen.core.geometry import Array
 from kempelen.core.senses import BLACK, EMPTY, WHITE, Observation
 from kempelen.sensing.depth.geometry import MARGIN, Mask
 from kempelen.sensing.sighting import OUTER_CORNERS, BoardSighting
-from kempelen.sensing.tracker import TrackerView
+
+if TYPE_CHECKING:
+    from kempelen.sensing.tracker import TrackerView
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _INK = (255, 255, 255)
@@ -51,7 +54,7 @@ class Layer(StrEnum):
     HAND = "hand"  # what is taken for one
 
 
-def annotate(view: TrackerView, width: int = 960) -> Picture:
+def annotate(view: "TrackerView", width: int = 960) -> Picture:
     """The camera's picture with the board and each square's reading on it, the map of heights beside it.
 
     Args:
@@ -65,7 +68,9 @@ def annotate(view: TrackerView, width: int = 960) -> Picture:
     return np.hstack([_padded(picture, height), _padded(column, height)])
 
 
-def layered(view: TrackerView, ground: Ground, layers: Collection[Layer], width: int = 960) -> Picture | None:
+def layered(
+    view: "TrackerView", ground: Ground, layers: Collection[Layer], width: int = 960
+) -> Picture | None:
     """One picture with the chosen layers on it; None where the frame has nothing of that kind.
 
     Args:
@@ -98,7 +103,7 @@ def _registered(frame: Frame) -> bool:
 
 
 def _draw_layers(
-    canvas: Canvas, view: TrackerView, sighting: BoardSighting, layers: Collection[Layer], scale: float
+    canvas: Canvas, view: "TrackerView", sighting: BoardSighting, layers: Collection[Layer], scale: float
 ) -> None:
     seen = view.observation
     if Layer.PLANE in layers:
@@ -149,7 +154,7 @@ def _centres() -> Array:
     return np.stack([np.arange(64) % 8 + 0.5, np.arange(64) // 8 + 0.5], axis=-1)
 
 
-def _camera_picture(view: TrackerView, width: int) -> Canvas:
+def _camera_picture(view: "TrackerView", width: int) -> Canvas:
     colour = view.frame.colour
     if colour is None:
         blank = np.zeros((round(width * 9 / 16), width, 3), np.uint8)
@@ -190,7 +195,7 @@ def _draw_squares(canvas: Canvas, sighting: BoardSighting, seen: Observation, sc
             cv2.circle(canvas, at, 11, _UNSURE, 2, cv2.LINE_AA)
 
 
-def _heights_panel(view: TrackerView) -> Canvas | None:
+def _heights_panel(view: "TrackerView") -> Canvas | None:
     """Heights from above, a8 at the top left, the hand in red; numbers are mm."""
     if view.heights is None:
         return None

@@ -12,10 +12,12 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol, TextIO
+from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
 from kempelen.core.errors import TwinError
-from kempelen.twin.physics.world import World
+
+if TYPE_CHECKING:  # the program at this end keeps the file's lock, and needs no physics for it
+    from kempelen.twin.physics.world import World
 
 VERSION = 2
 _WAIT_S = 45.0
@@ -106,7 +108,7 @@ def _in_use(path: Path) -> TwinError:
     )
 
 
-def save_state(path: Path, machine: Keepable, world: World) -> None:
+def save_state(path: Path, machine: Keepable, world: "World") -> None:
     """Write atomically.
 
     Raises:
@@ -144,7 +146,7 @@ def _sync(folder: Path) -> None:
         os.close(handle)
 
 
-def load_state(path: Path, machine: Keepable, world: World) -> None:
+def load_state(path: Path, machine: Keepable, world: "World") -> None:
     """Continue from a saved table.
 
     Raises:
