@@ -5,8 +5,8 @@ gripper tilted by no more than `MOST_TILT`: a piece stays upright in tilted fing
 the nearer the palm comes to the heads around.
 """
 
-from collections.abc import Iterator
-from math import radians
+from collections.abc import Iterator, Mapping
+from math import degrees, radians
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +46,21 @@ def tilted_places(arm: Arm, table: Table) -> dict[Place, float]:
     grips = _grips(table, places)
     worst = np.abs(least_tilts(arm, grips, MOST_TILT)).max(axis=1)
     return {place: float(tilt) for place, tilt in zip(places, worst, strict=True) if tilt > _TILTED}
+
+
+def tilts_told(tilts: Mapping[Place, float], most: int = 8) -> str:
+    """A sentence of them, the greatest first; empty where there are none.
+
+    Args:
+        tilts: As `tilted_places` has them, rad.
+        most: So many places are named.
+    """
+    if not tilts:
+        return ""
+    ranked = sorted(tilts.items(), key=lambda item: (-item[1], str(item[0])))
+    named = ", ".join(f"{place} ({degrees(tilt):.1f}°)" for place, tilt in ranked[:most])
+    rest = f" and {len(ranked) - most} more" if len(ranked) > most else ""
+    return f"The arm tilts its gripper over {named}{rest}: they are near the end of its reach."
 
 
 def _grips(table: Table, places: list[Place]) -> Array:

@@ -14,6 +14,7 @@ from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TextIO
 
+from kempelen.app.arm_reach import tilts_told
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.config import Config, default_config_path, load_config
 from kempelen.app.doctor_camera import check_camera_pose, examine_camera
@@ -21,7 +22,7 @@ from kempelen.app.doctor_ports import examine_port, examine_serial_ports
 from kempelen.app.doctor_probe import examine_physics, examine_rendering
 from kempelen.app.doctor_reed import examine_reed
 from kempelen.app.doctor_rows import Check, fail, failed, ok, warn
-from kempelen.app.fitting import misfits
+from kempelen.app.fitting import misfits, tilts
 from kempelen.core.calibration import Calibration
 from kempelen.core.errors import CalibrationError, ConfigError, FitError
 from kempelen.engines.probe import EngineReport, probe
@@ -131,10 +132,10 @@ def check_table(config: Config, calibration: Calibration | None) -> Check:
         return failed("table", error)
     if findings:
         return fail("table", "\n".join(map(str, findings)), "Change the configuration or the table.")
-    return ok(
-        "table",
-        f"{table.pieces.name} pieces on {table.square:g} mm squares, {len(table.slots)} tray slots: all fits",
+    fits = (
+        f"{table.pieces.name} pieces on {table.square:g} mm squares, {len(table.slots)} tray slots: all fits"
     )
+    return ok("table", "\n".join(filter(None, (fits, tilts_told(tilts(config, table))))))
 
 
 def check_space(directory: Path) -> Check:

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Self
 
 import chess
 
+from kempelen.app.arm_reach import tilts_told
 from kempelen.app.calibration_file import save_calibration
 from kempelen.app.camera_pose import shift_of
 from kempelen.app.cameras import twin_camera
 from kempelen.app.cast import Cast, EngineWish, GameRequest, score_of
 from kempelen.app.config import Config
+from kempelen.app.fitting import tilts
 from kempelen.app.measure import MeasuredPlayer, Measurements
 from kempelen.app.paths import journal_path, pgn_path, twin_state_path
 from kempelen.app.people import Ask, Helpful, Operator, VirtualPerson
@@ -64,7 +66,7 @@ class LiveGame:
         measurements: Taken between moves.
         eyes: That look at the board; None without.
         pgn: File that holds the game so far.
-        notice: What the person should know before it begins; mostly empty.
+        notices: What the person should know before it begins.
     """
 
     def __init__(
@@ -73,7 +75,7 @@ class LiveGame:
         self._config = config
         self._request = request
         self._ask = ask
-        self.notice = ""
+        self.notices: list[str] = []
         self._stack = AsyncExitStack()
         self._pace = twin_speed(config)
         self._started = time.monotonic()
@@ -118,6 +120,8 @@ class LiveGame:
 
     async def _set_up(self) -> None:
         table = calibrated_table(self._config)
+        if told := tilts_told(tilts(self._config, table)):
+            self.notices.append(told)
         journal = self._stack.enter_context(Journal(journal_path(self._config.data_dir)))
         if isinstance(self._request, GameRequest):
             await self._begin(journal, table, self._request)
@@ -205,7 +209,7 @@ class LiveGame:
         if not kept and log.state.touched:
             log.write(Helped(how="set up the table again"))
             log.write(HandEmpty())
-            self.notice = (
+            self.notices.append(
                 f"The table of game {log.game} was lost with its twin's process; "
                 "the virtual person has set up another one as the journal has it."
             )

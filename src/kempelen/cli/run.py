@@ -124,8 +124,8 @@ class GameRunner:
                 commander = Commander(game, answers, self._tell, patient=not _keyboard())
                 status = ToldStatus(self._config, game.arbiter.events)
                 async with status, self._view(game, commander) as (view, lines):
-                    if game.notice:
-                        self._say(game.notice)
+                    for notice in game.notices:
+                        self._say(notice)
                     await self._together(game, commander, view, lines)
 
     @contextlib.contextmanager

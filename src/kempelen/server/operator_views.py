@@ -8,6 +8,7 @@ from pydantic import Field
 
 from kempelen.app.config import Config
 from kempelen.app.doctor_rows import Check
+from kempelen.app.fitting import tilts
 from kempelen.app.port_scan import Answer, FoundPort
 from kempelen.app.table_form import TableForm
 from kempelen.core.calibration import Calibration
@@ -138,21 +139,24 @@ class FitView(Model):
     Attributes:
         square: Of the table, mm: calibrated where it was.
         pieces: Sizes of each kind, mm.
+        tilts: Places over which an arm has to tilt its gripper, and how far, degrees.
     """
 
     square: float
     geometry: GeometryView
     pieces: dict[str, PieceShape]
     findings: tuple[FindingView, ...]
+    tilts: dict[str, float]
 
     @classmethod
-    def of(cls, table: Table, findings: list[Finding]) -> "FitView":
-        """Of a table."""
+    def of(cls, config: Config, table: Table, findings: list[Finding]) -> "FitView":
+        """Of a table and the robot that plays on it."""
         return cls(
             square=table.square,
             geometry=GeometryView.of(table),
             pieces=shapes(table.pieces),
             findings=tuple(map(FindingView.of, findings)),
+            tilts={str(place): degrees(tilt) for place, tilt in tilts(config, table).items()},
         )
 
 
@@ -182,7 +186,7 @@ class TableView(Model):
         """Of a configuration and what was built of it."""
         return cls(
             form=TableForm.of(config),
-            fit=FitView.of(table, findings),
+            fit=FitView.of(config, table, findings),
             calibrated=calibrated,
             presets={name: shapes(pieces) for name, pieces in PRESETS.items()},
             gripper=config.gripper,

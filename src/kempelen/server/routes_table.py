@@ -23,7 +23,8 @@ async def table(station: StationDep, _: VisitorDep) -> TableView:
 @router.post("/fit")
 async def fit(form: TableForm, station: StationDep, _: OperatorDep) -> FitView:
     """What would come of an edited form; nothing is changed."""
-    return FitView.of(*built(form.applied(station.config)))
+    config = form.applied(station.config)
+    return FitView.of(config, *built(config))
 
 
 @router.put("/table")

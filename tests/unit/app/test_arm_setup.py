@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from kempelen.app.arm_reach import tilted_places
+from kempelen.app.arm_reach import tilted_places, tilts_told
 from kempelen.app.arm_setup import arm_setup, arm_spec, driver_options
 from kempelen.app.config import (
     DATA_DIR_VARIABLE,
@@ -17,7 +17,8 @@ from kempelen.app.config import (
 )
 from kempelen.app.config_change import changed, for_robot
 from kempelen.app.config_example import example_toml
-from kempelen.app.fitting import misfits
+from kempelen.app.doctor import check_table
+from kempelen.app.fitting import misfits, tilts
 from kempelen.app.robot_defaults import require_same_robot
 from kempelen.core.errors import ConfigError
 from kempelen.kinematics import load_arm
@@ -70,6 +71,14 @@ def test_the_far_corners_are_gripped_with_a_tilt() -> None:
     tilted = tilted_places(load_arm("labvolt-5150"), arm_config().build_table())
     assert {place.name for place in tilted} == {"a1", "b1", "g1", "h1"}
     assert max(map(degrees, tilted.values())) == pytest.approx(5.9, abs=0.3)
+    told = tilts_told(tilted, most=3)
+    assert told.startswith("The arm tilts its gripper over a1 (5.9°), h1 (5.9°), b1 (1.0°) and 1 more:")
+    assert tilts_told({}) == ""
+
+
+def test_a_gantry_tilts_nowhere_and_the_doctor_tells_of_an_arm() -> None:
+    assert tilts(Config(), Config().build_table()) == {}
+    assert "over a1 (5.9°)" in check_table(arm_config(), None).found
 
 
 @pytest.mark.parametrize(

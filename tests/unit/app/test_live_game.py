@@ -37,7 +37,7 @@ def live(folder: Path, request: GameRequest | int = REPLAY, **options: Any) -> L
 @pytest.mark.physics
 async def test_a_replay_and_what_onlookers_see_of_it(tmp_path: Path) -> None:
     async with live(tmp_path) as game:
-        assert (game.length, game.seconds_left, game.notice) == (4, None, "")
+        assert (game.length, game.seconds_left, game.notices) == (4, None, [])
         assert game.layout == game.arbiter.state.begun.layout
         report = await game.play()
         assert game.board.move_stack == list(MOVES)

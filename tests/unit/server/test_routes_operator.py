@@ -97,6 +97,7 @@ def test_a_what_if_changes_nothing(operator: TestClient, tmp_path: Path) -> None
     form["trays"][0]["origin"] = [-200, 25]
     seen = operator.post("/api/fit", json=form).json()
     assert ["left", "left1"] in [finding["where"] for finding in seen["findings"]]
+    assert seen["tilts"] == {}
     assert operator.get("/api/table").json()["fit"]["findings"] == []
     assert list(tmp_path.iterdir()) == []
 

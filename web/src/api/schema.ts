@@ -1082,6 +1082,7 @@ export interface components {
          *     Attributes:
          *         square: Of the table, mm: calibrated where it was.
          *         pieces: Sizes of each kind, mm.
+         *         tilts: Places over which an arm has to tilt its gripper, and how far, degrees.
          */
         readonly FitView: {
             /** Findings */
@@ -1093,6 +1094,10 @@ export interface components {
             };
             /** Square */
             readonly square: number;
+            /** Tilts */
+            readonly tilts: {
+                readonly [key: string]: number;
+            };
         };
         /**
          * Follow
