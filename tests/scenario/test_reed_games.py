@@ -135,7 +135,7 @@ async def test_damaged_bytes_and_a_stuck_switch(tmp_path: Path) -> None:
 
 @pytest.mark.soak
 async def test_camera_and_reed_board_together_and_each_alone(tmp_path: Path) -> None:
-    """The board's cable is pulled in mid-game: it is left out by name, and the camera goes on alone."""
+    """The board's cable is pulled in mid-game: the camera goes on alone, until the board is back."""
     async with felt(tmp_path, sensor="camera,reed") as stage:
         stage.play()
         await stage.type("e4")
@@ -146,6 +146,11 @@ async def test_camera_and_reed_board_together_and_each_alone(tmp_path: Path) -> 
         await stage.cue("The reed board is left out")
         await stage.type("d4")
         await stage.cue("2. d4 by hand")
+        await stage.cue("2... ")
+        await stage.control.ask("reed", unplug=False)
+        await stage.cue("The reed board counts again")
+        await stage.type(next(iter(stage.live.board.legal_moves)).uci())
+        await stage.cue("3. ")
         await stage.arbiter.resign(chess.WHITE)
         report = await stage.report()
         assert await stage.wrong() == []

@@ -35,7 +35,8 @@ SENSOR_VARIABLE = "KEMPELEN_SENSOR"
 TWIN_PORT = "twin"
 NODE_PORT = "node:"
 """Before a table's name: the robot is at another machine's node."""
-_SENSES = frozenset({"camera", "depth", "colour", "reed"})
+_REED = "reed"
+_SENSES = frozenset({"camera", "depth", "colour", _REED})
 
 Scalar = bool | int | float | str
 _CLEAR_OF_THE_VIEW = 60.0
@@ -133,7 +134,8 @@ class SensorConfig(Section):
 
     Attributes:
         kind: "camera", "none", or "auto": a camera wherever there is one, and always on the twin. Or what is
-            to be put together, with commas between: "depth", "colour" (of the camera), "reed" (the board).
+            to be put together, with commas between: "depth", "colour" (of the camera), "reed" (the board);
+            "reed:PORT" names the board's port at once.
         method: "both", "depth" or "colour".
         port: The reed board's, such as "/dev/ttyUSB1" or "socket://host:port"; empty for the twin's own on
             the twin, and else for the only one that answers.
@@ -141,11 +143,23 @@ class SensorConfig(Section):
         parameters: Of the reader, set by hand; `kempelen see` shows them all.
     """
 
-    kind: Annotated[str, Field(max_length=60)] = "auto"
+    kind: Annotated[str, Field(max_length=300)] = "auto"
     method: Literal["both", "depth", "colour"] = "both"
     port: Annotated[str, Field(max_length=300)] = ""
     centred: Annotated[float, Field(gt=0, le=50)] = 8.0
     parameters: dict[str, float] = Field(default_factory=dict)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_port(cls, given: Any) -> Any:
+        """``reed:PORT`` among the kinds is the kind and the port."""
+        kinds = given.get("kind") if isinstance(given, dict) else None
+        if not isinstance(kinds, str) or f"{_REED}:" not in kinds:
+            return given
+        words = kinds.split(",")
+        ports = [word.partition(":")[2] for word in words if word.startswith(f"{_REED}:")]
+        plain = [_REED if word.startswith(f"{_REED}:") else word for word in words]
+        return {**given, "kind": ",".join(plain), "port": ports[-1] if ports else given.get("port", "")}
 
     @field_validator("kind")
     @classmethod
@@ -153,7 +167,8 @@ class SensorConfig(Section):
         words = kind.split(",")
         if kind in {"auto", "none"} or (set(words) <= _SENSES and len(set(words)) == len(words)):
             return kind
-        raise ValueError("must be auto, none, or of camera, depth, colour and reed, with commas between")
+        known = "camera, depth, colour and reed (or reed:PORT)"
+        raise ValueError(f"must be auto, none, or of {known}, with commas between")
 
     @property
     def _senses(self) -> frozenset[str]:
@@ -167,7 +182,7 @@ class SensorConfig(Section):
     @property
     def reed(self) -> bool:
         """Whether the reed board does."""
-        return "reed" in self._senses
+        return _REED in self._senses
 
     @property
     def use(self) -> Literal["both", "depth", "colour"]:

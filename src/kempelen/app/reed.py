@@ -47,7 +47,7 @@ async def only_board(ports: Iterable[str], opened: Open = open_port) -> str:
     if len(boards) > 1:
         told = " and ".join(f"{hello.identity} at {name}" for name, hello in boards.items())
         raise ConfigError(
-            f"{len(boards)} reed boards answer: {told}.", hint='Name one: [sensor] port = "/dev/ttyUSB0"'
+            f"{len(boards)} reed boards answer: {told}.", hint="Name one: --sensor reed:/dev/ttyUSB0"
         )
     for problem in found:
         if isinstance(problem, BaseException) and not isinstance(problem, KempelenError):
@@ -56,7 +56,7 @@ async def only_board(ports: Iterable[str], opened: Open = open_port) -> str:
         asked = f"asked: {', '.join(names)}" if names else "there is no serial port to ask"
         raise SensorError(
             f"No reed board answers; {asked}.",
-            hint='Plug it in, or name its port: [sensor] port = "/dev/ttyUSB0"',
+            hint="Plug it in, or name its port: --sensor reed:/dev/ttyUSB0",
         )
     return next(iter(boards))
 

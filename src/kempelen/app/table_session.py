@@ -28,6 +28,7 @@ from kempelen.nodes.remote_robot import RemoteRobot
 from kempelen.robots.hand import CartesianHand
 from kempelen.twin.cameras.settings import CameraSpec
 from kempelen.twin.client import Door, TwinControl, TwinProcess
+from kempelen.twin.reed.settings import ReedSpec
 from kempelen.twin.spec import CONTROL_FOLDER, TwinSpec
 
 ROBOTS = "kempelen.robots"
@@ -192,12 +193,17 @@ class TableSession:
             state=str(self._state),
             resume=self._resume,
             cameras=self._cameras,
-            reed=self._config.twin_reed,
+            reed=self._reed(Path(folder)),
             arm=arm_spec(self._config),
         )
         self.twin = await self._stack.enter_async_context(TwinProcess(spec))
         self.control = self.twin.control
         return self.twin.address
+
+    def _reed(self, folder: Path) -> ReedSpec | None:
+        """The twin's board; plugged in again it is found at the same port."""
+        spec = self._config.twin_reed
+        return spec.model_copy(update={"link": str(folder / "reed")}) if spec and not spec.link else spec
 
     @property
     def ring(self) -> str:

@@ -110,8 +110,8 @@ SensorOption = Annotated[
     typer.Option(
         "--sensor",
         envvar="KEMPELEN_SENSOR",
-        help="camera, reed (the reed board), or several: depth,reed. Moves are read off the board and "
-        "checked there; none: everything is believed.",
+        help="camera, reed (the reed board; reed:PORT), or several: depth,reed. Moves are read off the "
+        "board and checked there; none: everything is believed.",
         metavar="auto|camera|reed|none",
         show_default="auto",
         rich_help_panel=_ROBOT,

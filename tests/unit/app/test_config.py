@@ -321,6 +321,14 @@ def test_a_hand_that_is_looked_past_parks_farther_out() -> None:
     assert seen.park_xs == (90.0, 610.0)
 
 
+def test_the_reed_boards_port_may_stand_beside_its_kind() -> None:
+    sensor = load_config(None, {"sensor.kind": "camera,reed:/dev/ttyUSB1"}).sensor
+    assert (sensor.kind, sensor.port, sensor.reed) == ("camera,reed", "/dev/ttyUSB1", True)
+    assert load_config(None, {"sensor.kind": "reed:socket://board:23"}).sensor.port == "socket://board:23"
+    with pytest.raises(ConfigError, match=r"sensor.kind.*reed:PORT"):
+        load_config(None, {"sensor.kind": "lidar"})
+
+
 def test_the_environment_can_do_without_a_sensor(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(config_module.SENSOR_VARIABLE, "none")
     assert not load_config().has_eyes

@@ -187,7 +187,7 @@ class ReedBoard:
             shown = "".join(letter if letter.isprintable() else "." for letter in shown)
             return SensorError(
                 f'Another device answers at {self._name}: it says "{shown}", which no reed board says.',
-                hint="Name the board's port: [sensor] port, or --sensor-port. `kempelen doctor` lists ports.",
+                hint="Name the board's port: --sensor reed:PORT. `kempelen doctor` lists ports.",
             )
         return SensorError(
             f"No reed board answers at {self._name} within {GREETING_S:.0f} s.",

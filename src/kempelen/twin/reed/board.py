@@ -58,18 +58,19 @@ class TwinReed:
             scene.table.robot_from_board, scene.table.square, closing=spec.closing, opening=spec.opening,
             bounce_ms=spec.bounce_ms, seed=seed,
         )  # fmt: skip
-        self._wire = PtyWire(Path(spec.link) if spec.link else None)
+        self._link = Path(spec.link) if spec.link else None
+        self._wire: PtyWire | None = PtyWire(self._link)
         self._now = -1
         self._seen = np.empty(0)
 
     @property
     def address(self) -> str:
-        """Where the host connects."""
-        return self._wire.address
+        """Where the host connects; empty while the cable is pulled."""
+        return self._wire.address if self._wire else ""
 
     def filenos(self) -> list[int]:
         """Descriptors worth waiting for."""
-        return self._wire.filenos()
+        return self._wire.filenos() if self._wire else []
 
     def tell(self, stage: Stage, time: float) -> None:
         """Where everything is at that simulated time, s: scan, and serve the line."""
@@ -94,6 +95,9 @@ class TwinReed:
             self.device.scan(moment, self.magnets.reading(moment))
 
     def _serve(self, now: int) -> None:
+        if self._wire is None:
+            self.device.take_output()
+            return
         self._wire.opened()
         if data := self._wire.read():
             self.device.receive(now, data)
@@ -109,7 +113,7 @@ class TwinReed:
             request: ``stuck_closed``, ``stuck_open``, ``bare``: names of squares that are to be so, all
             others
                 not; ``weak``: strength (0 to 1) by piece; ``damage``, ``loss``: rates of bytes and lines;
-                ``unplug``: the line is cut and offered anew.
+                ``unplug``: true pulls the cable, false plugs it in again.
 
         Raises:
             TwinError: no such square or piece, or a rate out of range.
@@ -123,17 +127,25 @@ class TwinReed:
             self._seen = np.empty(0)
         if "damage" in request or "loss" in request:
             self.device.line = Line(_share(request.get("damage", 0)), _share(request.get("loss", 0)))
-        if request.get("unplug"):
-            self._wire.drop()
+        if "unplug" in request:
+            self._plug(out=bool(request["unplug"]))
         return {
             "lit": [chess.square_name(square) for square in squares_in(self.device.lit)],
             "sounds": [str(sound) for sound in self.device.sounds],
             "address": self.address,
         }
 
+    def _plug(self, *, out: bool) -> None:
+        if out:
+            self.close()
+        elif self._wire is None:
+            self._wire = PtyWire(self._link)
+
     def close(self) -> None:
         """Give the terminal back."""
-        self._wire.close()
+        if self._wire is not None:
+            self._wire.close()
+            self._wire = None
 
 
 def _squares(names: Any) -> int:
