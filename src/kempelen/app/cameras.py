@@ -28,7 +28,7 @@ from typing import Any, Protocol, Self
 
 import chess
 
-from kempelen.app.config import Config, RobotConfig, load_config
+from kempelen.app.config import NODE_PORT, Config, RobotConfig, load_config
 from kempelen.app.table_session import TableSession
 from kempelen.core.camera import Camera, Frame
 from kempelen.core.errors import CameraError, ConfigError
@@ -155,6 +155,12 @@ def parse_camera(spec: str) -> CameraSource:
     Raises:
         ConfigError: it names no camera, or an option that this one has not; the message lists what there is.
     """
+    if spec.startswith(NODE_PORT):
+        raise ConfigError(
+            f"The frames of {spec} stay on its machine.",
+            hint="Look there: kempelen see. A game sees through it by what it tells: "
+            f"kempelen node arbiter --table {spec.removeprefix(NODE_PORT)} --sensor camera",
+        )
     if match := _DEVICE.match(spec):
         spec = f"uvc:{match[1]}{spec[match.end() :]}"
     head, colon, rest = spec.partition(":")

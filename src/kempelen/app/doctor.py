@@ -18,6 +18,7 @@ from kempelen.app.arm_reach import tilts_told
 from kempelen.app.calibration_file import load_calibration
 from kempelen.app.config import Config, default_config_path, load_config
 from kempelen.app.doctor_camera import check_camera_pose, examine_camera
+from kempelen.app.doctor_nodes import at_node, examine_nodes
 from kempelen.app.doctor_ports import examine_port, examine_serial_ports
 from kempelen.app.doctor_probe import examine_physics, examine_rendering
 from kempelen.app.doctor_reed import examine_reed
@@ -67,18 +68,22 @@ async def examine_machine(config: Config, *, at_play: bool = False) -> AsyncIter
     yield check_table(config, calibration)
     yield check_space(config.data_dir)
     yield check_sync(config.data_dir)
-    if not at_play:
+    if not (at_play or at_node(config.robot.port)):
         yield await examine_port(config.robot.port)
     for row in examine_serial_ports(list_ports()):
         yield row
-    for row in check_engines(await probe(config.engine.path)):
-        yield row
+    if not at_node(config.engine.path):
+        for row in check_engines(await probe(config.engine.path)):
+            yield row
     yield await examine_physics()
     yield await examine_rendering()
     if not at_play:
-        yield await examine_camera(config)
-        if config.sensor.reed:
+        if not at_node(config.camera_source):
+            yield await examine_camera(config)
+        if config.sensor.reed and not at_node(config.sensor.port):
             yield await examine_reed(config)
+    async for row in examine_nodes(config):
+        yield row
     if config.has_camera:
         yield check_camera_pose(config)
 

@@ -21,7 +21,8 @@ from pydantic import Field
 
 from kempelen.core.errors import BusyError, KempelenError, LinkError
 from kempelen.nodes.link import Link
-from kempelen.nodes.messages import PROTOCOL, Message, Trouble, key_of
+from kempelen.nodes.messages import Message, Trouble, key_of
+from kempelen.nodes.presence import presence
 
 _LINGER_S = 0.25
 _HELD = 64
@@ -367,30 +368,13 @@ class Channel:
                 break
             except LinkError:
                 if self._clock() > deadline:
-                    raise await self._nobody() from None
+                    seen = await presence(self._link, self._what, self._table)
+                    raise seen.absence(self._waits.found) from None
                 await asyncio.sleep(self._waits.again)
         if parcel.trouble is not None:
             raise parcel.trouble.error()
         self._take(parcel)
         self._tasks = [asyncio.create_task(self._listen()), asyncio.create_task(self._push())]
-
-    async def _nobody(self) -> LinkError:
-        others = [key.split("/") for key in await self._link.standing(key_of("*", self._what, protocol="*"))]
-        here = sorted({table for _, version, table, _ in others if version == str(PROTOCOL)})
-        foreign = sorted(
-            {version for _, version, table, _ in others if table == self._table} - {str(PROTOCOL)}
-        )
-        if foreign:
-            return LinkError(
-                f"The {self._what} node at table {self._table} speaks protocol {', '.join(foreign)}, this "
-                f"program protocol {PROTOCOL}.",
-                hint="Install the same version of Kempelen on both machines.",
-            )
-        return LinkError(
-            f"No {self._what} node answers for table {self._table} within {self._waits.found:.0f} s.",
-            hint=f"Tables with a {self._what}: {', '.join(here) or 'none'}. "
-            f"Start one on its machine: kempelen node {self._what} --table {self._table}",
-        )
 
     async def _asked(self, *, opens: bool = False, leaves: bool = False, waits: bool = False) -> Parcel:
         packet = self._packet.model_copy(

@@ -14,7 +14,8 @@ import chess
 from kempelen.core.errors import EngineError, KempelenError, LinkError
 from kempelen.core.protocols import EngineChoice, OnThinking
 from kempelen.nodes.link import Link
-from kempelen.nodes.messages import PROTOCOL, key_of
+from kempelen.nodes.messages import key_of
+from kempelen.nodes.presence import presence
 from kempelen.nodes.thoughts import Introduce, Introduced, Musing, Think, Thought
 
 
@@ -90,24 +91,9 @@ class RemoteEngine:
                 key, question = key_of(self._node, "engine", "hello"), Introduce().pack()
                 return Introduced.unpack(await self._link.ask(key, question, seconds=self._waits.answer))
             if self._clock() > deadline:
-                raise await self._nobody()
+                seen = await presence(self._link, "engine", self._node)
+                raise seen.absence(self._waits.found)
             await asyncio.sleep(self._waits.again)
-
-    async def _nobody(self) -> EngineError:
-        others = [key.split("/") for key in await self._link.standing(key_of("*", "engine", protocol="*"))]
-        here = sorted({name for _, version, name, _ in others if version == str(PROTOCOL)})
-        foreign = sorted({version for _, version, name, _ in others if name == self._node} - {str(PROTOCOL)})
-        if foreign:
-            return EngineError(
-                f"The engine node {self._node} speaks protocol {', '.join(foreign)}, this program protocol "
-                f"{PROTOCOL}.",
-                hint="Install the same version of Kempelen on both machines.",
-            )
-        return EngineError(
-            f"No engine node {self._node} answers within {self._waits.found:.0f} s.",
-            hint=f"Engine nodes: {', '.join(here) or 'none'}. "
-            f"Start one: kempelen node engine --name {self._node}",
-        )
 
     def _hear(self, _key: str, content: bytes) -> None:
         with suppress(LinkError):

@@ -18,7 +18,6 @@ from kempelen.core.protocols import Action, RobotState
 from kempelen.core.table import WorkSpace
 from kempelen.nodes.link import Link
 from kempelen.nodes.messages import (
-    PROTOCOL,
     Beat,
     Call,
     Deed,
@@ -29,6 +28,7 @@ from kempelen.nodes.messages import (
     action_message,
     key_of,
 )
+from kempelen.nodes.presence import presence
 
 _FAREWELLS = 3
 """Times that leaving is tried to be told."""
@@ -128,27 +128,11 @@ class RemoteRobot:
                 )
             except LinkError:
                 if self._clock() > deadline:
-                    raise await self._nobody() from None
+                    seen = await presence(self._link, "robot", self._table)
+                    raise seen.absence(self._waits.found) from None
                 await asyncio.sleep(max(self._waits.answer - (self._clock() - sent), 0.0))
                 continue
             return Taken.unpack(content)
-
-    async def _nobody(self) -> LinkError:
-        """What there is instead."""
-        others = await self._link.standing(key_of("*", "robot", protocol="*"))
-        here = sorted({key.split("/")[2] for key in others if key.split("/")[1] == str(PROTOCOL)})
-        versions = {key.split("/")[1] for key in others if key.split("/")[2] == self._table}
-        if versions - {str(PROTOCOL)}:
-            return LinkError(
-                f"The robot node at table {self._table} speaks protocol {', '.join(sorted(versions))}, "
-                f"this program protocol {PROTOCOL}.",
-                hint="Install the same version of Kempelen on both machines.",
-            )
-        return LinkError(
-            f"No robot node answers for table {self._table} within {self._waits.found:.0f} s.",
-            hint=f"Tables with a robot: {', '.join(here) or 'none'}. "
-            f"Start one on the robot's machine: kempelen node robot --table {self._table}",
-        )
 
     async def __aexit__(self, *exc: object) -> None:
         """Bring the machine to rest and let go of it."""

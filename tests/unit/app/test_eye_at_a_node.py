@@ -68,7 +68,7 @@ async def test_a_node_that_is_not_there_is_told_as_no_camera() -> None:
     start = lambda: RemoteEye(LocalNet().join(), "one", waits=QUICK)  # noqa: E731 - as a game starts it
     async with Eye(TwinFrames(""), None, start) as eye:
         lost = await see(eye, lambda seen: seen.sight is Sight.NO_CAMERA)
-        assert "No camera node answers for table one" in lost.message
+        assert "No camera node at table one answers" in lost.message
         assert "kempelen node camera --table one" in lost.message
 
 

@@ -201,9 +201,9 @@ async def test_a_line_at_a_node_is_read_and_written_like_any_other() -> None:
 async def test_other_nodes_and_protocols_are_named() -> None:
     async with room() as made:
         link = await made.link()
-        with pytest.raises(LinkError, match="No board node answers for table two") as raised:
+        with pytest.raises(LinkError, match="No board node at table two answers") as raised:
             await Channel(link, "two", "board", waits=QUICK).open()
-        assert "Tables with a board: one." in raised.value.hint
+        assert "Nodes with a board: one." in raised.value.hint
         await link.stand(key_of("two", "board", protocol=99))
         with pytest.raises(LinkError, match="speaks protocol 99, this program protocol 1"):
             await Channel(link, "two", "board", waits=QUICK).open()

@@ -256,9 +256,9 @@ async def test_damaged_questions_are_refused_and_nothing_is_thought(content: byt
 async def test_a_node_that_is_not_there_is_named_with_those_that_are() -> None:
     async with room() as made:
         await made.open()
-        with pytest.raises(EngineError, match="No engine node shallow answers") as raised:
+        with pytest.raises(EngineError, match="No engine node named shallow answers") as raised:
             await made.remote("shallow")
-        assert "Engine nodes: deep." in raised.value.hint
+        assert "Nodes with an engine: deep." in raised.value.hint
 
 
 async def test_a_node_of_another_protocol_is_named() -> None:

@@ -404,10 +404,10 @@ async def test_damaged_commands_are_refused_and_nothing_moves(content: bytes) ->
 
 async def test_a_table_that_is_not_there_is_named_with_those_that_are() -> None:
     async with hall() as made:
-        with pytest.raises(LinkError, match="No robot node answers for table two") as raised:
+        with pytest.raises(LinkError, match="No robot node at table two answers") as raised:
             async with RemoteRobot(await made.link(), "two", waits=QUICK):
                 pass
-        assert "Tables with a robot: one." in str(raised.value.hint)
+        assert "Nodes with a robot: one." in str(raised.value.hint)
 
 
 async def test_a_node_of_another_protocol_is_named() -> None:
