@@ -68,7 +68,7 @@ class FakeEyes:
 
 @pytest_asyncio.fixture
 async def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[MemoryStation]:
-    monkeypatch.setattr("kempelen.app.idle_table.GameEyes", FakeEyes)
+    monkeypatch.setattr("kempelen.app.eyes.GameEyes", FakeEyes)
     async with MemoryStation(tmp_path, monkeypatch, camera__source="uvc:0") as table:
         await table.station.connect("gantry", "memory")
         yield table
