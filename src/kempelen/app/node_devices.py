@@ -16,7 +16,7 @@ from kempelen.app.eye_wire import Note
 from kempelen.app.network import link_of, table_name
 from kempelen.app.reed import reed_port
 from kempelen.core.errors import ConfigError, LinkError, SensorError
-from kempelen.nodes.channel import ChannelNode, Far
+from kempelen.nodes.channel_node import ChannelNode, Far
 from kempelen.nodes.link import Link
 from kempelen.nodes.messages import key_of
 from kempelen.robots.transport import Transport, open_port

@@ -14,7 +14,8 @@ from kempelen.app.node_devices import EyeBeside
 from kempelen.core.camera import Frame
 from kempelen.core.errors import LinkError
 from kempelen.core.senses import Observation, Sight
-from kempelen.nodes.channel import ChannelNode, ChannelWaits
+from kempelen.nodes.channel import ChannelWaits
+from kempelen.nodes.channel_node import ChannelNode
 from kempelen.nodes.local_link import LocalNet
 from kempelen.testing.eyes import OwnRing
 

@@ -8,7 +8,9 @@ from contextlib import AsyncExitStack, asynccontextmanager
 import pytest
 
 from kempelen.core.errors import BusyError, KempelenError, LinkError, SensorError
-from kempelen.nodes.channel import Channel, ChannelNode, ChannelWaits, Packet, Parcel
+from kempelen.nodes.channel import Channel, ChannelWaits
+from kempelen.nodes.channel_node import ChannelNode
+from kempelen.nodes.channel_packets import Packet, Parcel
 from kempelen.nodes.local_link import LocalLink, LocalNet, Weather
 from kempelen.nodes.messages import key_of
 from kempelen.nodes.remote_line import RemoteLine
