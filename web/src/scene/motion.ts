@@ -7,6 +7,8 @@ export interface Pose {
   readonly quat: Quat;
 }
 
+export const UPRIGHT: Quat = [1, 0, 0, 0];
+
 interface Key<T> {
   readonly value: T;
   readonly time: number;
@@ -87,6 +89,24 @@ export class JointTrack extends Timeline<readonly number[]> {
   constructor(joints: readonly number[], time: number) {
     super(joints, time, (a, b, share) => a.map((angle, i) => angle + ((b[i] ?? angle) - angle) * share));
   }
+}
+
+/** Goes on with a track when its point has moved; a new one where there was none. */
+export function tracked(before: Track | null, at: Vec3 | null, now: number, heard: number): Track | null {
+  if (!at) return null;
+  const pose: Pose = { at, quat: UPRIGHT };
+  if (!before) return new Track(pose, now);
+  const last = before.newest.at;
+  if (last[0] !== at[0] || last[1] !== at[1] || last[2] !== at[2]) before.add(pose, now, heard);
+  return before;
+}
+
+/** The same of joints. */
+export function turned(before: JointTrack | null, joints: readonly number[] | null, now: number, heard: number): JointTrack | null {
+  if (!joints) return null;
+  if (!before) return new JointTrack(joints, now);
+  if (before.newest.some((angle, i) => angle !== joints[i])) before.add(joints, now, heard);
+  return before;
 }
 
 export function mixed(a: Vec3, b: Vec3, share: number): Vec3 {

@@ -15,16 +15,19 @@ import { Arm } from "./arm";
 import { eyeOf, keyed, Orbit, presetView, type Preset, type View } from "./camera";
 import { decide, mayTake, snapped, targets, type Decision, type Rules } from "./drag";
 import { boardCentre, distance, squareAt, squareCentre, toRobot, yaw } from "./frames";
-import { makeBoard, makeHand, makeTray, standard, type Materials } from "./furniture";
+import { makeBoard, makeHand, makeTray } from "./furniture";
 import { Gantry } from "./gantry";
+import { Ghost } from "./ghost";
 import { Marks, type MarkKind } from "./marks";
-import { DELAY_MS, Glide, JointTrack, Track, type Pose } from "./motion";
+import { makeMaterials, type AllMaterials } from "./materials";
+import { DELAY_MS, Glide, tracked, turned, UPRIGHT, type JointTrack, type Pose, type Track } from "./motion";
+import { Pace } from "./pace";
 import { onLevel, pick, type Ray } from "./picking";
-import { matrixOf, Pieces } from "./pieces";
+import { Pieces } from "./pieces";
 import type { Robot } from "./robot";
 import { hasGraphicsCard, Room, TABLE_HEIGHT, type Theme } from "./room";
-import { kindOf, type Geometry, type PieceView, type Quat, type SceneView, type Vec3 } from "./types";
-import { BOXWOOD, boardTexture, EBONY, woodTexture } from "./wood";
+import { kindOf, type Geometry, type PieceView, type SceneView, type Vec3 } from "./types";
+import { boardTexture } from "./wood";
 
 export interface Wishes {
   readonly theme: Theme;
@@ -42,26 +45,13 @@ export interface Hooks {
 }
 
 const FIELD = 36;
-const LEVEL: Quat = [1, 0, 0, 0];
 /** How high a piece hangs while it is dragged, mm. */
 const LIFTED = 26;
 const NO_RULES: Rules = { legal: [], personToMove: false, hand: false };
-/** A ghost fades once the piece is so near to where it was meant to go, mm, or after so long, ms. */
-const ARRIVED = 12;
-const GHOST_MS = 15_000;
-
-type AllMaterials = Materials & Record<"white" | "black" | "ghost", MeshStandardMaterial>;
 
 interface Held {
   readonly piece: PieceView;
   at: Vec3;
-}
-
-interface Ghost {
-  readonly id: number;
-  readonly mesh: Mesh;
-  readonly at: Vec3;
-  readonly since: number;
 }
 
 export class TableView {
@@ -163,14 +153,14 @@ export class TableView {
     if (!this.geometry || !this.pieces) return;
     const now = performance.now();
     this.pieces.set(scene?.pieces ?? [], now);
-    this.#tool = track(this.#tool, scene?.tool ?? null, now, this.#heard);
-    this.#joints = turning(this.#joints, scene?.joints ?? null, now, this.#heard);
-    if (scene?.hand) this.#hand = track(this.#hand, scene.hand, now, this.#heard);
+    this.#tool = tracked(this.#tool, scene?.tool ?? null, now, this.#heard);
+    this.#joints = turned(this.#joints, scene?.joints ?? null, now, this.#heard);
+    if (scene?.hand) this.#hand = tracked(this.#hand, scene.hand, now, this.#heard);
     else if (this.#hand && !this.#handGone) this.#handGone = now;
     if (scene?.hand) this.#handGone = 0;
     this.#heard = now;
     if (scene) this.#gap.aim(this.#gapOf(scene), now + DELAY_MS);
-    if (this.#ghost && this.#arrived(this.#ghost)) this.#dropGhost();
+    if (this.#ghost?.arrived(this.pieces?.get(this.#ghost.id))) this.#dropGhost();
     this.touch();
   }
 
@@ -415,7 +405,7 @@ export class TableView {
     this.#orbit.advance(now);
     if (this.#preset === "follow" && this.#tool) this.#follow(this.#tool.at(time));
     if (this.#marks?.pulsing && !this.#wishes.calm) this.#marks.pulse(0.5 + 0.5 * Math.sin(now / 300));
-    if (this.#ghost && now - this.#ghost.since > GHOST_MS) this.#dropGhost();
+    if (this.#ghost?.faded(now)) this.#dropGhost();
     let go = false;
     for (const attendant of this.attendants) go = attendant(now) || go;
     if (go) this.#again = true;
@@ -546,7 +536,7 @@ export class TableView {
 
   #show([x, y, z]: Vec3, lift: number): void {
     if (!this.#held) return;
-    this.pieces?.override(this.#held.piece.id, { at: [x, y, z + lift], quat: this.geometry?.board.quaternion ?? LEVEL });
+    this.pieces?.override(this.#held.piece.id, { at: [x, y, z + lift], quat: this.geometry?.board.quaternion ?? UPRIGHT });
     this.touch();
   }
 
@@ -555,20 +545,13 @@ export class TableView {
     const shape = this.pieces?.shape(kindOf(piece.letter));
     const parent = this.pieces?.root;
     if (!shape || !parent || !this.geometry) return;
-    const mesh = new Mesh(shape, this.#materials.ghost);
-    mesh.applyMatrix4(matrixOf({ at, quat: this.geometry.board.quaternion }));
-    parent.add(mesh);
-    this.#ghost = { id: piece.id, mesh, at, since: performance.now() };
+    const { quaternion } = this.geometry.board;
+    this.#ghost = new Ghost(parent, shape, this.#materials.ghost, piece.id, at, quaternion, performance.now());
     this.touch();
   }
 
-  #arrived(ghost: Ghost): boolean {
-    const piece = this.pieces?.get(ghost.id);
-    return !piece || distance(piece.at, ghost.at) < ARRIVED;
-  }
-
   #dropGhost(): void {
-    this.#ghost?.mesh.removeFromParent();
+    this.#ghost?.remove();
     this.#ghost = null;
   }
 
@@ -612,76 +595,4 @@ export class TableView {
     this.renderer.setAnimationLoop(null);
     this.renderer.dispose();
   }
-}
-
-function track(before: Track | null, at: Vec3 | null, now: number, heard: number): Track | null {
-  if (!at) return null;
-  const pose: Pose = { at, quat: LEVEL };
-  if (!before) return new Track(pose, now);
-  const last = before.newest.at;
-  if (last[0] !== at[0] || last[1] !== at[1] || last[2] !== at[2]) before.add(pose, now, heard);
-  return before;
-}
-
-function turning(before: JointTrack | null, joints: readonly number[] | null, now: number, heard: number): JointTrack | null {
-  if (!joints) return null;
-  if (!before) return new JointTrack(joints, now);
-  if (before.newest.some((angle, i) => angle !== joints[i])) before.add(joints, now, heard);
-  return before;
-}
-
-/** Fewer pixels while a slow machine shows motion; all of them at rest. */
-class Pace {
-  share = 1;
-  #last = 0;
-  #mean = 16;
-
-  note(now: number): void {
-    const took = now - this.#last;
-    this.#last = now;
-    if (took > 400) return;
-    this.#mean += 0.15 * (took - this.#mean);
-    if (this.#mean > 42) this.#set(Math.max(this.share * 0.8, 0.4));
-    else if (this.#mean < 20 && this.share < 1) this.#set(Math.min(this.share * 1.1, 1));
-  }
-
-  #set(share: number): void {
-    this.share = share;
-    this.#mean = 30;
-  }
-
-  /** Nothing moves: returns whether the picture should be drawn once more, better. */
-  rest(): boolean {
-    const better = this.share < 1;
-    this.share = 1;
-    return better;
-  }
-}
-
-/** Metal without a room to mirror would be black: then it is paint. */
-function makeMaterials(rich: boolean): AllMaterials {
-  const metal = rich ? 1 : 0.25;
-  const textured = (texture: MeshStandardMaterial["map"], roughness: number): MeshStandardMaterial =>
-    new MeshStandardMaterial({ map: texture, roughness });
-  const ghost = standard("#5fe0b0", 0.6);
-  ghost.transparent = true;
-  ghost.opacity = 0.38;
-  ghost.depthWrite = false;
-  return {
-    boardTop: standard("#ffffff", 0.48),
-    frame: standard("#4b2d1b", 0.5),
-    tray: standard("#7d5a3c", 0.6),
-    slot: standard("#5f4029", 0.85),
-    aluminium: standard("#c3c7cc", 0.34, 0.85 * metal),
-    enamel: standard("#c9cbc8", 0.42, 0.1),
-    steel: standard("#8b9199", 0.3, 0.9 * metal),
-    dark: standard("#22262b", 0.55, 0.15),
-    accent: standard("#1f8a68", 0.5),
-    pad: standard("#17191c", 0.85),
-    skin: standard("#d9a184", 0.62),
-    sleeve: standard("#33415f", 0.9),
-    white: textured(woodTexture(BOXWOOD, 7, [1, 1], 256), 0.46),
-    black: textured(woodTexture(EBONY, 9, [1, 1], 256), 0.4),
-    ghost,
-  };
 }
