@@ -53,8 +53,10 @@ def playwright(chromium: str) -> Iterator[Playwright]:
 
 
 @pytest.fixture(scope="module")
-def browser(playwright: Playwright, chromium: str) -> Iterator[Browser]:
-    with playwright.chromium.launch(executable_path=chromium, args=list(FLAGS)) as browser:
+def browser(request: pytest.FixtureRequest, playwright: Playwright, chromium: str) -> Iterator[Browser]:
+    """A Chromium. A processor that draws 3D is slow: modules that do not look at it set ``FLAT``."""
+    flags = [*FLAGS, *(["--disable-3d-apis"] if getattr(request.module, "FLAT", False) else [])]
+    with playwright.chromium.launch(executable_path=chromium, args=flags) as browser:
         yield browser
 
 
@@ -105,6 +107,8 @@ def badge(shared: Served, browser: Browser) -> list[Any]:
 def visitors(browser: Browser, request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Visitors]:
     """Pages; anything that goes wrong on one fails the test, and one that fails leaves pictures behind."""
     visitors = Visitors(browser)
+    if getattr(request.module, "FLAT", False):
+        visitors.expected.append("WebGL")
     yield visitors
     if request.node.stash.get(FAILED, False):
         visitors.photograph(tmp_path)

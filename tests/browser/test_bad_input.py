@@ -17,6 +17,7 @@ from kempelen.testing.pages import BACK_RANK, Serve, Visitor, Visitors
 EVIL = '<img src=x onerror="document.title=1"><script>alert(1)</script>'
 EVIL_PGN = f'[White "{EVIL.replace(chr(34), chr(39))}"]\n[Black "<b>bold</b>"]\n\n1. f3 e5 2. g4 Qh4# 0-1\n'
 HUNDRED_MB = 100 * 1024 * 1024
+FLAT = True
 
 
 def test_html_in_a_pgn_is_text(operator: Visitor) -> None:

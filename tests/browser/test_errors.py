@@ -7,6 +7,8 @@ from playwright.sync_api import Page, expect
 
 from kempelen.testing.pages import BACK_RANK, FAST, Serve, Visitor, Visitors, ask_twin
 
+FLAT = True
+
 
 def test_no_robot_at_a_port(operator: Visitor) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:

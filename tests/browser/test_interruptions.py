@@ -11,6 +11,7 @@ SLOWLY = 0.5  # so that there is time to press a button
 SCHOLAR = '[White "Somebody"]\n[Black "Else"]\n\n1. e4 e5 2. Bc4 Nc6 3. Qh5 Nf6 4. Qxf7# 1-0\n'
 FINGERTIPS = 7.0  # mm below the tool point
 IN_TRANSFER = "Paused in mid-move, perhaps with a piece in the gripper"
+FLAT = True
 
 
 def test_paused_with_a_piece_in_the_gripper_and_loaded_anew(operator: Visitor) -> None:

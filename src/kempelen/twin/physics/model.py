@@ -20,7 +20,7 @@ MAX_VIEW = (1920, 1080)
 
 
 def build_model(scene: Scene, *, machine: bool = True) -> Any:
-    """The compiled model of a scene: metres, kilograms and seconds inside.
+    """The compiled model of a scene, to be painted before it is drawn: metres, kilograms, seconds inside.
 
     Args:
         scene: What there is.
@@ -44,9 +44,12 @@ def build_model(scene: Scene, *, machine: bool = True) -> Any:
         machine_of(scene).build(spec, scene)
         add_hand(spec, scene)
     _add_light_and_camera(spec, scene)
-    model = spec.compile()
+    return spec.compile()
+
+
+def paint(model: Any, scene: Scene) -> None:
+    """Fill the textures of a scene's model; until then they are blank, which physics does not mind."""
     paint_textures(model, scene.look, scene.table.square)
-    return model
 
 
 def _add_light_and_camera(spec: Any, scene: Scene) -> None:

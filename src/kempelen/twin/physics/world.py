@@ -13,6 +13,7 @@ from kempelen.core.camera import Picture
 from kempelen.core.errors import TwinError
 from kempelen.core.geometry import Array, Transform
 from kempelen.twin.physics.bodies import quaternion
+from kempelen.twin.physics.model import paint
 from kempelen.twin.physics.person import DRAWER, DRAWER_PITCH, Person
 from kempelen.twin.physics.robot import Slack
 from kempelen.twin.physics.scene import Scene, StandingPiece
@@ -247,6 +248,7 @@ class World:
         Raises:
             TwinError: no OpenGL here, no such camera, or a picture too large.
         """
+        paint(self._simulation.model, self.scene)
         return draw(self._simulation.model, self._simulation.data, width, height, camera)
 
     # --- the person -----------------------------------------------------------------------------------------
