@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { eased, Glide, LEAD_MS, slerped, Track } from "./motion";
+import { Glide, LEAD_MS, Track, eased, slerped, tracked, turned } from "./motion";
 import type { Quat, Vec3 } from "./types";
 
 const LEVEL: Quat = [1, 0, 0, 0];
@@ -85,5 +85,29 @@ describe("a glide", () => {
     expect(shares.every((share, i) => i === 0 || share >= (shares[i - 1] ?? 0))).toBe(true);
     expect(eased(-1)).toBe(0);
     expect(eased(2)).toBe(1);
+  });
+});
+
+describe("tracks that are gone on with", () => {
+  it("end with the thing and begin with it", () => {
+    expect(tracked(null, null, 0, 0)).toBeNull();
+    const begun = tracked(null, [1, 2, 3], 10, 0);
+    expect(begun?.newest.at).toEqual([1, 2, 3]);
+    expect(tracked(begun, null, 20, 10)).toBeNull();
+  });
+
+  it("take what has moved and nothing else", () => {
+    const begun = tracked(null, [1, 2, 3], 10, 0);
+    expect(tracked(begun, [1, 2, 3], 60, 10)).toBe(begun);
+    expect(begun?.movesAfter(10)).toBe(false);
+    expect(tracked(begun, [1, 2, 4], 110, 60)).toBe(begun);
+    expect(begun?.newest.at).toEqual([1, 2, 4]);
+    expect(begun?.movesAfter(10)).toBe(true);
+  });
+
+  it("are kept of joints, too", () => {
+    const begun = turned(null, [0, 1], 10, 0);
+    expect(turned(begun, [0, 1.5], 60, 10)?.newest).toEqual([0, 1.5]);
+    expect(turned(begun, null, 70, 60)).toBeNull();
   });
 });
