@@ -1,14 +1,14 @@
 """The hand of an arm: paths of joint angles, with the least tilt of the gripper that serves both ends."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from kempelen.core.errors import NotHomedError
 from kempelen.core.geometry import Array
 from kempelen.core.places import Transfer
-from kempelen.core.protocols import FollowJoints, Robot
+from kempelen.core.protocols import FollowJoints, Robot, SetGripper
 from kempelen.core.table import Table
 from kempelen.kinematics.arm import Arm
 from kempelen.motion.arm.guidance import BOW
@@ -22,6 +22,9 @@ from kempelen.motion.arm.plan import (
 )
 from kempelen.motion.scene import Clearances, Scene
 from kempelen.robots.hand import TransferHand, Way
+
+STILL_SECONDS = 0.3
+"""After so long a piece between hanging pads has stopped to swing, s: grease damps it within a period."""
 
 
 class ArmHand(TransferHand):
@@ -58,6 +61,11 @@ class ArmHand(TransferHand):
     def _carry(self, scene: Scene, transfer: Transfer, *, after: Way | None) -> Way:
         start = self._joints() if after is None else after.end
         return _way(plan_arm_carry(self.arm, scene, transfer, start, bow=self.bow))
+
+    def _let_go(self) -> Sequence[SetGripper]:
+        """Pads that hang let the piece swing on the way: it is let go when it hangs still."""
+        opened = super()._let_go()
+        return (SetGripper(True, STILL_SECONDS), *opened) if self.table.gripper.plumb else opened  # noqa: FBT003
 
     def _leave(self, scene: Scene) -> Way:
         return _way(plan_arm_leave(self.arm, scene, self._joints(), bow=self.bow))

@@ -144,14 +144,14 @@ class TransferHand(ABC):
         )
         await checkpoint(Checkpoint.CARRYING)
         gripped = self._clock()
-        await self._drive(plan.action, self._grip(closed=False))
+        await self._drive(plan.action, *self._let_go())
         released = self._clock()
         await checkpoint(Checkpoint.RELEASED)
-        gripper = self.table.gripper
+        gripper, let_go = self.table.gripper, sum(action.seconds for action in self._let_go())
         return TransferReport(
             transfer=transfer,
             seconds=released - started,
-            predicted=approach.seconds + gripper.close_seconds + plan.seconds + gripper.open_seconds,
+            predicted=approach.seconds + gripper.close_seconds + plan.seconds + let_go,
             bound=plan.bound,
             carry=released - gripped,
         )
@@ -168,7 +168,7 @@ class TransferHand(ABC):
         if not await self._homed_now():
             await self._lift()
         plan = self._carry(self._scene(standing), transfer, after=None)
-        await self._drive(plan.action, self._grip(closed=False))
+        await self._drive(plan.action, *self._let_go())
         await checkpoint(Checkpoint.RELEASED)
 
     async def park(self, standing: Layout) -> None:
@@ -231,6 +231,10 @@ class TransferHand(ABC):
 
     async def _open(self) -> None:
         await self._drive(self._grip(closed=False))
+
+    def _let_go(self) -> Sequence[SetGripper]:
+        """What is done with the gripper where a piece is set down."""
+        return (self._grip(closed=False),)
 
     def _grip(self, *, closed: bool) -> SetGripper:
         gripper = self.table.gripper

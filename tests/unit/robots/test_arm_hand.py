@@ -81,17 +81,21 @@ async def test_only_joint_paths_and_the_gripper_are_sent(monkeypatch: pytest.Mon
     async with ArmRig() as rig, rig.robot() as robot:
         hand = ArmHand(robot, TABLE, ARM)
         await hand.prepare()
-        groups = []
+        groups, grips = [], []
         run: Callable[..., object] = robot.run
 
         async def noted(group: list[FollowJoints | SetGripper]) -> None:
             groups.append([type(action) for action in group])
+            grips.extend(action.closed for action in group if isinstance(action, SetGripper))
             await run(group)  # type: ignore[misc]
 
         monkeypatch.setattr(robot, "run", noted)
         await hand.carry(KNIGHT, START, Notes(rig))
         await hand.park(START.after(KNIGHT))
-        assert groups == [[FollowJoints, SetGripper], [FollowJoints, SetGripper], [FollowJoints]]
+        # What hangs is held still for a moment before it is let go.
+        let_go = [FollowJoints, SetGripper, SetGripper]
+        assert groups == [[FollowJoints, SetGripper], let_go, [FollowJoints]]
+        assert grips == [True, True, False]
 
 
 async def test_a_carry_that_cannot_be_planned_ends_at_rest() -> None:
