@@ -81,7 +81,7 @@ async def test_only_joint_paths_and_the_gripper_are_sent(monkeypatch: pytest.Mon
     async with ArmRig() as rig, rig.robot() as robot:
         hand = ArmHand(robot, TABLE, ARM)
         await hand.prepare()
-        groups, grips = [], []
+        groups, grips = list[list[type]](), list[bool]()
         run: Callable[..., object] = robot.run
 
         async def noted(group: list[FollowJoints | SetGripper]) -> None:
