@@ -209,6 +209,8 @@ async def _played(game: LiveGame, *, until_failure: bool) -> _Outcome:
     try:
         report = await playing
     except asyncio.CancelledError:
+        if (this := asyncio.current_task()) is not None and this.cancelling():  # Ctrl-C, and not ours
+            raise
         report = game.report()
     except KempelenError as error:
         if not until_failure:
