@@ -1,5 +1,6 @@
 """For everyone: axe finds nothing, all languages fit, nobody needs a mouse or moving pictures."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,12 @@ def violations(page: Page) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("look", LOOKS)
+def some(values: Iterable[str], *daily: str) -> list[Any]:
+    """All of them; only these each time, and the rest when there is time (make soak)."""
+    return [one if one in daily else pytest.param(one, marks=pytest.mark.soak) for one in values]
+
+
+@pytest.mark.parametrize("look", some(LOOKS, "desktop, light", "phone, dark"))
 def test_axe_finds_nothing(guest: Any, look: str) -> None:
     page = guest("", bypass_csp=True, reduced_motion="reduce", **LOOKS[look])
     page.add_init_script(AXE.read_text(encoding="utf-8"))
@@ -93,7 +99,7 @@ def overflow(page: Page) -> int:
     return over
 
 
-@pytest.mark.parametrize("locale", ["en", "cs", "de"])
+@pytest.mark.parametrize("locale", some(["en", "cs", "de"], "de"))  # its words are the longest
 def test_no_page_is_wider_than_a_phone(guest: Any, locale: str) -> None:
     page = guest("", locale=locale, viewport=PHONE)
     too_wide = {}

@@ -66,12 +66,12 @@ FETCHING, CARRYING, STANDING = "fetching the king from e8", "carrying the king t
 @pytest.mark.parametrize(
     ("cue", "fault", "helps"),
     [
-        (FETCHING, DROPPED, 0),
+        pytest.param(FETCHING, DROPPED, 0, marks=pytest.mark.soak),
         (CARRYING, DROPPED, 0),
-        (STANDING, DROPPED, 0),
+        pytest.param(STANDING, DROPPED, 0, marks=pytest.mark.soak),
         (CARRYING, SWALLOWED, 0),
         (CARRYING, DEAF, 0),
-        (STANDING, MUMBLING, 0),
+        pytest.param(STANDING, MUMBLING, 0, marks=pytest.mark.soak),
         (CARRYING, RESTARTED, 0),
         (FETCHING, RESTARTED, 1),  # it closed by itself, perhaps around the piece: only eyes can tell
         (STANDING, RESTARTED, 2),

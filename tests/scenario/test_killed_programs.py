@@ -101,7 +101,9 @@ def test_killed_when_the_game_is_over_but_not_put_away(tmp_path: Path) -> None:
         assert "Game 1 is over" in program.errors
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.03, 0.1])
+@pytest.mark.parametrize(
+    "delay", [0.03, *(pytest.param(one, marks=pytest.mark.soak) for one in (0.0, 0.1, 0.2))]
+)
 def test_killed_while_a_person_makes_a_move_by_hand(tmp_path: Path, delay: float) -> None:
     """A capture of two steps; the person finishes what was begun, and does nothing twice."""
     report = tmp_path / "report.json"

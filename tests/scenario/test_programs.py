@@ -37,7 +37,9 @@ def test_moves_typed_into_a_pipe(tmp_path: Path) -> None:
     assert "Game over: 0-1, White resigns." in program.output
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.soak)]
+)
 def test_a_signal_leaves_the_robot_at_rest_and_says_how_to_resume(
     tmp_path: Path, number: signal.Signals
 ) -> None:
