@@ -28,6 +28,11 @@ describe("the table from above", () => {
     expect(viewBox(far, 10).x).toBe(-132);
   });
 
+  it("leaves out what a far-reaching arm reaches beyond", () => {
+    const arm = { ...GEOMETRY, lower: [-900, -900, 0] as [number, number, number], upper: [900, 900, 0] as [number, number, number] };
+    expect(viewBox(arm, 10)).toEqual({ x: -135, y: -595, width: 855, height: 740 });
+  });
+
   it("finds the squares of a turned board", () => {
     const turned = [[400, 0], [400, 400], [0, 400], [0, 0]] as const;
     expect(cell(turned, 0, 0)).toEqual([[400, 0], [400, 50], [350, 50], [350, 0]]);

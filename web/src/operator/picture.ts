@@ -11,20 +11,24 @@ export interface Box {
   readonly height: number;
 }
 
-/** Everything, with an edge around it. */
+/** As much of a robot's reach is shown beyond what stands there, mm: an arm reaches far. */
+const BEYOND = 160;
+
+/** Everything that stands there and the reach around it, with an edge. */
 export function viewBox(geometry: GeometryView, edge = 25): Box {
   const r = geometry.radius;
   const points: Flat[] = [
-    [geometry.lower[0], geometry.lower[1]],
-    [geometry.upper[0], geometry.upper[1]],
     ...geometry.areas.flatMap((area) => area.corners),
     ...geometry.places.flatMap(({ at: [x, y] }): Flat[] => [[x - r, y - r], [x + r, y + r]]),
   ];
-  const xs = points.map(([x]) => x);
-  const ys = points.map(([, y]) => y);
-  const left = Math.min(...xs) - edge;
-  const top = -Math.max(...ys) - edge;
-  return { x: left, y: top, width: Math.max(...xs) + edge - left, height: edge - Math.min(...ys) - top };
+  const [left, right] = shown(points.map(([x]) => x), geometry.lower[0], geometry.upper[0], edge);
+  const [bottom, top] = shown(points.map(([, y]) => y), geometry.lower[1], geometry.upper[1], edge);
+  return { x: left, y: -top, width: right - left, height: top - bottom };
+}
+
+function shown(things: readonly number[], lower: number, upper: number, edge: number): [number, number] {
+  const [least, most] = [Math.min(...things), Math.max(...things)];
+  return [Math.min(least, Math.max(lower, least - BEYOND)) - edge, Math.max(most, Math.min(upper, most + BEYOND)) + edge];
 }
 
 export function outline(corners: readonly Flat[]): string {
