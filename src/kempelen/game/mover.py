@@ -216,7 +216,7 @@ class Mover:
 
     async def _empty_the_hand(self) -> None:
         """Find the piece of the transfer at hand, and bring it to its target if it has left its source."""
-        found = held(self._log.state, self._carrier.robot)
+        found = held(self._log.state, self._carrier.robot, self.table)
         if found is Held.UNKNOWN:
             await self._look()
         elif found is not Held.NOTHING and (transfer := self._carrier.pending.at_hand) is not None:

@@ -16,17 +16,19 @@ carrying    arrived (5)         held                  held (6)
    is certainly empty, and nothing is asked.
 2. It may have closed around the piece of the last transfer.
 3. It is opened before GRIPPING is written, and closed at the grip only; but when this program cut the motion
-   off, and its way of stopping may have reset outputs: ask.
+   off, or lost the robot, its way of stopping may have reset outputs: ask, unless the hand is at the grip.
 4. It closed by itself: at the piece, at that of the last transfer, or between.
 5. It is opened over the target only.
 6. It is opened only after CARRYING and the hand stays there until RELEASED is written, so that a gripper that
    opened and fell shut has caught the piece again.
 """
 
+import math
 from enum import Enum
 
 from kempelen.core.protocols import Checkpoint, GripperState, RobotState
-from kempelen.game.state import GameState
+from kempelen.core.table import Table
+from kempelen.game.state import GameState, Pending
 
 
 class Held(Enum):
@@ -38,12 +40,17 @@ class Held(Enum):
     UNKNOWN = "only a person can see it"
 
 
-def held(state: GameState, robot: RobotState) -> Held:
+AT_GRIP = 3.0
+"""A closed gripper so near to where it takes the piece is around it, mm."""
+
+
+def held(state: GameState, robot: RobotState, table: Table) -> Held:
     """The table above.
 
     Args:
         state: From the journal.
         robot: After connecting, before any motion.
+        table: Says where pieces are gripped.
     """
     pending = state.pending
     checkpoint = pending.checkpoint if pending else None
@@ -53,4 +60,14 @@ def held(state: GameState, robot: RobotState) -> Held:
     if gripper is GripperState.OPEN or (checkpoint is None and state.around is None):
         return Held.NOTHING
     closed_here = gripper is GripperState.CLOSED and checkpoint is Checkpoint.GRIPPING
-    return Held.PIECE if closed_here and pending and not pending.interrupted else Held.UNKNOWN
+    if closed_here and pending and (not pending.interrupted or _at_grip(pending, robot, table)):
+        return Held.PIECE
+    return Held.UNKNOWN
+
+
+def _at_grip(pending: Pending, robot: RobotState, table: Table) -> bool:
+    transfer, position = pending.at_hand, robot.reported_position
+    if transfer is None or position is None or not robot.homed:
+        return False
+    grip = table.grip_point(transfer.source, transfer.piece.piece_type)
+    return math.dist(position, grip.tolist()) <= AT_GRIP
