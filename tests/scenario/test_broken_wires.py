@@ -27,10 +27,17 @@ def special() -> GameRequest:
     return GameRequest(Mode.REPLAY, score.start_fen, score=score)
 
 
+async def castling(stage: Stage, cue: str) -> None:
+    """Up to ``cue``: from the move on at a machine's own pace, so that on a busy computer nothing goes by."""
+    await stage.cue("1... O-O")
+    await stage.control.ask("speed", speed=1.0)
+    await stage.cue(cue)
+
+
 async def broken_off(data: Path, cue: str, name: str, **how: Any) -> KempelenError:
     """Play until ``cue``, break something, and give the error that ends the program's run."""
     async with Stage(data, special()) as stage:
-        await stage.cue(cue)
+        await castling(stage, cue)
         await stage.fault(name, **how)
         with pytest.raises(KempelenError) as caught:
             await stage.report()
@@ -89,7 +96,7 @@ async def test_a_fault_in_mid_transfer(tmp_path: Path, cue: str, fault: Fault, h
 async def test_a_dead_switch_stops_the_homing_of_a_resumed_game(tmp_path: Path) -> None:
     """With a piece in the gripper; once the switch is mended, the piece is put where it belongs."""
     async with Stage(tmp_path, special()) as stage:
-        await stage.cue(CARRYING)
+        await castling(stage, CARRYING)
         await stage.fault("dead-switch", axis="X")
     async with Stage(tmp_path, 1) as stage:
         with pytest.raises(AlarmError, match=r"(?i)homing") as caught:
@@ -102,7 +109,7 @@ async def test_a_dead_switch_stops_the_homing_of_a_resumed_game(tmp_path: Path) 
 async def test_a_slip_is_told_by_the_report_and_gone_after_the_next_homing(tmp_path: Path) -> None:
     """Steps lost by an axis without an encoder go unnoticed; the grip forgives a millimetre."""
     async with Stage(tmp_path, special()) as stage:
-        await stage.cue(FETCHING)
+        await castling(stage, FETCHING)
         await stage.fault("lose-steps", axis="Y", steps=80)
         await stage.cue(STANDING)
         await stage.arbiter.pause()
