@@ -85,9 +85,11 @@ async def fair(_told: Told) -> None:
 async def play(place: Place, folder: Path, fault: Fault = fair) -> Played:
     """The whole game; the fault comes in the middle of a carry."""
     played, carries, faults = Played(), 0, list[asyncio.Task[None]]()
+    gripped = asyncio.Event()  # of that carry: before, it may hold its piece already while the grip ends
 
     async def in_mid_move(told: Told) -> None:
         await told(SLOW)
+        await gripped.wait()
         await until_it_is("moving", told)
         await fault(told)
         await told(PACE)
@@ -100,6 +102,8 @@ async def play(place: Place, folder: Path, fault: Fault = fair) -> Played:
             carries += 1
             if carries == AT:
                 faults.append(asyncio.ensure_future(in_mid_move(place.told)))
+        elif isinstance(event, events.CheckpointReached) and carries == AT:
+            gripped.set()
 
     table = Table()
     async with asyncio.timeout(120), RemoteRobot(place.link, "one", waits=Waits(beat=BEAT_S)) as robot:
