@@ -19,6 +19,7 @@ from kempelen.twin.cameras.region import Region
 from kempelen.twin.cameras.render import View, kinematics, make_renderer
 from kempelen.twin.cameras.still import Still
 from kempelen.twin.physics import Scene, opengl
+from kempelen.twin.physics.model import paint
 
 pytestmark = pytest.mark.physics
 
@@ -40,6 +41,7 @@ def backends() -> list[str]:
 def still() -> Still:
     table = Table()
     still = Still(Scene.from_layout(table, start_layout(table, chess.Board()), seed=4))
+    paint(still.model, still.scene)  # as a camera does
     still.data.qpos[3:7] = (0.8, 0.3, 0.5, 0.1)  # one piece has fallen
     return still
 

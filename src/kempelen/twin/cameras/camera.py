@@ -20,6 +20,7 @@ from kempelen.twin.cameras.settings import CameraSpec, Lighting, Placement
 from kempelen.twin.cameras.stereo import Stereo
 from kempelen.twin.cameras.surfaces import Materials
 from kempelen.twin.cameras.tof import TimeOfFlight
+from kempelen.twin.physics.model import paint
 
 
 @dataclass(slots=True)
@@ -249,6 +250,7 @@ class VirtualCamera:
     def _renderer_of(self, stage: Stage) -> Renderer:
         if self._renderer is None or self._of is not stage.model:
             self.close()
+            paint(stage.model, stage.scene)
             self._renderer = make_renderer(stage.model, self._backend)
             self._of, self._data = stage.model, mujoco.MjData(stage.model)
             self._materials = Materials(stage.model, stage.scene)

@@ -4,7 +4,7 @@ from typing import Any
 
 import mujoco
 
-from kempelen.twin.physics.model import build_model, paint
+from kempelen.twin.physics.model import build_model
 from kempelen.twin.physics.robot import machine_of
 from kempelen.twin.physics.scene import Scene
 
@@ -20,7 +20,6 @@ class Still:
     def __init__(self, scene: Scene, *, machine: bool = True) -> None:
         self.scene = scene
         self.model: Any = build_model(scene, machine=machine)
-        paint(self.model, scene)
         self.data: Any = mujoco.MjData(self.model)
         if machine:
             _park(self.data, scene)
